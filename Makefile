@@ -2,8 +2,8 @@
 # make check  about a minute: lint, format, types, layers, and the tests without ngspice or long statistics
 # make test   some minutes: lint, format, types, and all tests but the thorough ones
 # make test-all   everything: also 200 seeds, the documented commands, kills, attacks, a browser, second opinions
-# make setup  requirements: system packages, .venv, the package with the versions of lock.txt; done once
-# make lock   a new lock.txt: the newest versions that pyproject.toml allows; then run make test-all
+# make setup  requirements: system packages, .venv, the package with the versions of constraints.txt; done once
+# make lock   a new constraints.txt: the newest versions that pyproject.toml allows; then run make test-all
 # make docs   the pages and the reference of the Python names, into docs/_build/index.html
 # make bench  performance compared with a reference, in one run; results in benchmarks/results/
 
@@ -15,8 +15,8 @@ export PYTHONDONTWRITEBYTECODE :=
 .PHONY: setup demo check test test-all tests lint docs bench lock clean
 setup: .venv/.complete
 
-.venv/.complete: pyproject.toml setup.sh lock.txt
-	@PYTHON="$(PYTHON)" sh setup.sh
+.venv/.complete: pyproject.toml tools/setup.sh constraints.txt
+	@PYTHON="$(PYTHON)" sh tools/setup.sh
 	@touch $@
 
 demo: setup
@@ -53,7 +53,7 @@ docs: setup
 	@echo "docs/_build/index.html"
 
 bench: setup
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint lock.txt --editable '.[bench]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[bench]'
 	$(BIN)/python benchmarks/lockstep.py
 	$(BIN)/python benchmarks/ensemble.py
 	$(BIN)/python benchmarks/effects.py
@@ -71,8 +71,8 @@ lock:
 	@fresh=$$(mktemp -d) && trap 'rm -rf "$$fresh"' EXIT && $(PYTHON) -m venv "$$fresh" && \
 	"$$fresh"/bin/python -m pip install --quiet --disable-pip-version-check '.[test,bench]' && \
 	{ echo "# Versions that are tested, of all that '.[test,bench]' brings; made by: make lock"; \
-	  "$$fresh"/bin/python -m pip freeze --exclude piezo-harvester | grep ==; } >"$$fresh"/lock.txt && \
-	cp "$$fresh"/lock.txt lock.txt
+	  "$$fresh"/bin/python -m pip freeze --exclude piezo-harvester | grep ==; } >"$$fresh"/constraints.txt && \
+	cp "$$fresh"/constraints.txt constraints.txt
 
 clean:
 	rm -rf .venv out docs/_build

@@ -28,10 +28,11 @@ A netlist is read once, and the result is the circuit that engine `compiled` sol
 ngspice. This table lists the constructs of netlists and their treatment by both engines: *same*, if the power equals
 that of ngspice 39 on the original text within 0.1 %, or *refused*, in one line that names the construct. Powers are in
 uW, for one small netlist per row, with the same current into each. A dash means that this ngspice gives no power. The
-second version is a build of the sources for ngspice 47.
+second version is a build of the sources for ngspice 47. A construct of LTspice that ngspice refuses or leaves out is
+*as LTspice*, if the power equals that of ngspice 39 on the same circuit without it.
 
 ```text
-python benchmarks/constructs.py --newer PROGRAM     # makes the table
+python benchmarks/constructs.py --newer PROGRAM     # makes the table; with --new only rows that it lacks
 python benchmarks/netlist_fuzz.py --count 1000      # compares random netlists
 ```
 
@@ -42,12 +43,12 @@ last of two values, ignores a misspelt key of a model, or reads a line behind `.
 KNOWN = {"39": "ngspice 39", "47": "ngspice 47", "spice": "`spice`", "compiled": "`compiled`"}
 
 
-def asked(newer):
+def asked(newer, rows):
     """The rows with both versions' powers (W), and the treatment by both engines."""
     table = {}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "board.cir"
-        for row in ROWS:
+        for row in rows:
             file.write_text(row.text)
             programs = {"39": "ngspice", "47": newer}
             said = {
@@ -63,6 +64,9 @@ def asked(newer):
             else:
                 mine = imposed_drive.answered(file)
                 known |= {} if mine.given else {"compiled": "refused", "why": mine.why}
+                if row.means:
+                    plain = by_program(row._replace(body=row.means).text, patience=20.0).power
+                    known |= {"means": plain, "spice": "as LTspice", "compiled": "as LTspice"}
             table[row.name] = known
             print(row.name, known, flush=True)
     return table
@@ -103,9 +107,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--newer", default="ngspice", help="the program of a newer ngspice")
     parser.add_argument("--page", action="store_true", help="only write the page anew")
+    parser.add_argument("--new", action="store_true", help="only ask for rows that the table lacks")
     options = parser.parse_args()
     if not options.page:
-        table = asked(options.newer)
+        known = json.loads(TABLE.read_text()) if options.new else {}
+        table = known | asked(options.newer, [row for row in ROWS if row.name not in known])
+        table = {row.name: table[row.name] for row in ROWS}
         TABLE.write_text(json.dumps(table, indent=1) + "\n")
     PAGE.write_text(page(json.loads(TABLE.read_text())))
 

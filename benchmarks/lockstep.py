@@ -119,7 +119,7 @@ def errors():
     from harvester.equations.coefficients import Equations
     from harvester.equations.scales import Scales
     from harvester.mechanics.kernels.noise import gaussian_grid, refined
-    from harvester.mechanics.kernels.path import trace
+    from harvester.mechanics.trace import trace
     from harvester.netlists.load_circuit import load_circuit
     from harvester.scene.load import Load
 

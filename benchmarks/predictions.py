@@ -333,14 +333,22 @@ def koga() -> Iterator[Prediction]:
 
 
 DEVICES = {one.__name__: one for one in (liu, jiang, yang, norenberg, peigney, koga)}
-COLUMNS = ("device", "what", "unit", "value", "low", "high")
+COLUMNS = ("device", "quantity", "predicted", "low", "high", "unit")
 
 
 def kept() -> list[Prediction]:
-    """The predictions of benchmarks/predicted.csv."""
+    """The predictions of these devices in benchmarks/predicted.csv, as they were first made."""
     with (HERE / "predicted.csv").open(newline="") as file:
-        rows = list(csv.reader(file))[1:]
-    return [Prediction(row[0], row[1], row[2], *map(float, row[3:])) for row in rows]
+        return [
+            Prediction(
+                row["device"],
+                row["quantity"],
+                row["unit"],
+                *(float(row[end]) for end in ("predicted", "low", "high")),
+            )
+            for row in csv.DictReader(file)
+            if row["device"] in DEVICES
+        ]
 
 
 @dataclass(frozen=True)
@@ -464,18 +472,21 @@ def main() -> None:
             )
             made[one.device, one.what] = one
     if "--write" in sys.argv:
+        with (HERE / "predicted.csv").open(newline="") as file:
+            rows = {(row["device"], row["quantity"]): row for row in csv.DictReader(file)}
+        for one in made.values():
+            texts = [
+                one.device,
+                one.what,
+                *(f"{x:.4g}" for x in (one.value, one.low, one.high)),
+                one.unit,
+            ]
+            rows.setdefault((one.device, one.what), {}).update(zip(COLUMNS, texts, strict=True))
+        names = list(dict.fromkeys(name for row in rows.values() for name in row))
         with (HERE / "predicted.csv").open("w", newline="") as file:
-            rows = csv.writer(file, lineterminator="\n")
-            rows.writerow(COLUMNS)
-            rows.writerows(
-                [
-                    one.device,
-                    one.what,
-                    one.unit,
-                    *(f"{x:.4g}" for x in (one.value, one.low, one.high)),
-                ]
-                for one in made.values()
-            )
+            out = csv.DictWriter(file, names, restval="", lineterminator="\n")
+            out.writeheader()
+            out.writerows(rows.values())
 
 
 if __name__ == "__main__":

@@ -1,13 +1,11 @@
-"""Directives for Sphinx: the help of every command, and the reference of studies, from the program itself."""
+"""A directive for Sphinx: the help of every command, from the program itself."""
 
 import click
 from docutils import nodes
-from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from harvester.cli import cli
-from harvester.studies.registry import STUDIES
 
 WIDTH = 80  # columns that fit a page
 
@@ -42,27 +40,6 @@ class CommandHelp(SphinxDirective):
         return section
 
 
-class StudyReference(SphinxDirective):
-    """The functions and results of the studies whose command the registry makes."""
-
-    def run(self) -> list[nodes.Node]:
-        """The reference of each, from its docstrings."""
-        lines = StringList()
-        for study in (one for one in STUDIES if one.summary):
-            result = study.result.partition(":")[2]
-            for line in (
-                f".. autofunction:: {study.name}",
-                f".. autoclass:: {result}",
-                "   :members:",
-                "   :inherited-members: object",
-                "",
-            ):
-                lines.append(line, "the registry of studies")
-        section = nodes.section()
-        self.state.nested_parse(lines, 0, section)
-        return section.children
-
-
 def _context(
     command: click.Command, name: str, parent: click.Context | None = None
 ) -> click.Context:
@@ -73,5 +50,4 @@ def _context(
 def setup(app: Sphinx) -> dict[str, bool]:
     """Called by Sphinx."""
     app.add_directive("command-help", CommandHelp)
-    app.add_directive("study-reference", StudyReference)
     return {"parallel_read_safe": True}

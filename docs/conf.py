@@ -4,15 +4,27 @@ import itertools
 import sys
 from pathlib import Path
 
-# command_help.py, gallery_wall.py and maths.py lie beside this file
+# command_help.py, gallery_wall.py, scene_keys.py and maths.py are in this folder
 sys.path.insert(0, str(Path(__file__).parent))
 
+import harvester
+
 project = "harvester"
-html_title = "harvester"
+version = release = harvester.__version__
+html_title = f"harvester {version}"
 copyright = "the authors; GPL-3.0-or-later"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-extensions += ["command_help", "gallery_wall", "notebook_page", "maths"]
-exclude_patterns = ["_build"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
+extensions += ["sphinx.ext.viewcode", "sphinx_copybutton"]
+extensions += ["command_help", "gallery_wall", "notebook_page", "maths", "scene_keys"]
+exclude_patterns = ["_build", "_templates"]
+templates_path = ["_templates"]
+copybutton_exclude = ".linenos, .gp, .go"
+myst_html_meta = {
+    "description": "Power of piezoelectric vibration energy harvesters with their circuits: tutorial,"
+    " quickstart, guides, accuracy and Python API",
+    "keywords": "piezoelectric, energy harvesting, vibration, accelerometer, duty cycle, inductor,"
+    " PSD, ngspice",
+}
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 default_role = "literal"  # docstrings write code between single backticks
@@ -52,6 +64,7 @@ def links_of_included(app, path, parent, content):
     pages |= {
         "CODE_OF_CONDUCT.md": "conduct.md",
         "SUPPORT.md": "support.md",
+        "SECURITY.md": "security.md",
         "CITATION.cff": "../CITATION.cff",
     }
     for elsewhere, here in pages.items():

@@ -64,6 +64,8 @@ from .studies.optimum.optimise import optimise as optimise
 from .studies.optimum.optimum_result import Optimum as Optimum
 from .studies.optimum.pareto_front import ParetoFront as ParetoFront
 from .studies.optimum.under_limits import RobustOptimum as RobustOptimum
+from .studies.prediction.predict import predict as predict
+from .studies.prediction.prediction_result import Prediction as Prediction
 from .studies.sensitivity import Sensitivity as Sensitivity
 from .studies.sensitivity import sensitivity as sensitivity
 from .studies.stability.exponent import Stability as Stability

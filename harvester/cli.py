@@ -10,6 +10,7 @@ import cloup
 from cloup.constraints import ConstraintViolated
 
 from harvester import __version__
+from harvester.commands.adopt import adopt
 from harvester.commands.charge import charge
 from harvester.commands.compare import compare
 from harvester.commands.cost import cost
@@ -55,7 +56,7 @@ A first session (harvester tour runs one):
 @cloup.group(
     help=HELP,
     sections=[
-        cloup.Section("Your device", [new, keys, examples, tour, identify, record, export]),
+        cloup.Section("Your device", [new, keys, examples, tour, identify, record, adopt, export]),
         cloup.Section("Its power", [explore, run, sweep, optimise, tolerance, design, compare]),
         cloup.Section(
             "A closer look", [charge, cost, motion, response, stability, *study_commands()]
@@ -117,7 +118,7 @@ _FILL |= {"varied": "such as --vary piezo.capacitance=10%"}
 
 
 def _hint(error: click.ClickException) -> str:
-    """What to type, where click only says what is wrong."""
+    """What to type, if click only states what is wrong."""
     if not isinstance(error, click.UsageError) or isinstance(error, ConstraintViolated):
         return ""
     if getattr(error, "possibilities", None):  # click's own "Did you mean"

@@ -1,7 +1,7 @@
-"""An engine's answer: values with their errors, what it took, and what to beware of.
+"""An engine's answer: values with their errors, its cost, and warnings.
 
 Some answers hold more: what each probe of the circuit says, and the responses that one steady drive
-may have, where the mass is not linear.
+may have, if the mass is not linear.
 """
 
 from dataclasses import field, replace
@@ -18,8 +18,9 @@ from harvester.uncertainty.value import Value
 class SteadyResponse(Result):
     """A response to a steady drive: its mean power in the answer's unit, and the share of starts that come to it.
 
-    It comes back after so many ``periods`` of the drive, or after none (None): then it is ``chaotic``, or
-    quasi-periodic.  The mean is that of ``engine``; ``note`` says what another engine finds there.
+    It comes back after so many ``periods`` of the drive, or after none (None): then it is
+    ``chaotic``, or quasi-periodic.  The mean is that of ``engine``; ``note`` states what another
+    engine finds there.
     """
 
     SHORT = ("mean_power", "periods", "share_of_starts")
@@ -91,11 +92,13 @@ class Estimate(Result):
     responses
         to the same steady drive, from other starts: what a search for several responses found.
     events
-        the shocks or steps, where the excitation is made of such; else None.
+        the shocks or steps, if the excitation is made of such; else None.
     bound
         the most that any device of this mass could take of the excitation (W), and why; None if no
         bound applies.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> answer = hv.Averaged().run(scene)
@@ -135,7 +138,11 @@ class Estimate(Result):
 
     @property
     def is_sound(self) -> bool:
-        """Whether it may stand beside others: it has settled, was not cut off, and some error of it is known."""
+        """True if the estimate can be compared with others.
+
+        It must have settled, must not have been cut off by the budget, and at least one error part must be
+        known.
+        """
         power = self.mean_power
         return self.has_settled and (power.error95 is not None or power.known_error95 > 0.0)
 
@@ -156,12 +163,12 @@ class Estimate(Result):
 
     @property
     def event_rate(self) -> float | None:
-        """Shocks or steps a second; None without events."""
+        """Shocks or steps per second; None without events."""
         return None if self.events is None else self.events.rate
 
     @property
     def share_of_possible(self) -> float | None:
-        """The mean power over the most that any device of this mass could take; None where no bound is known."""
+        """The mean power over the most that any device of this mass could take; None if no bound is known."""
         return None if self.bound is None else self.mean_power.value / self.bound.value
 
     @property
@@ -170,5 +177,5 @@ class Estimate(Result):
         return "; ".join(map(str, self.notes))
 
     def plot(self, title: str | None = "") -> "figures.Plot":
-        """Draw the parts of the error, and the energy ledger where there is one, as a matplotlib figure."""
+        """Draw the parts of the error, and the energy ledger if there is one, as a matplotlib figure."""
         return figures.estimate(self, title)

@@ -25,7 +25,7 @@ def or_zero(coefficient: float | None) -> Floats:
 
 
 def or_zero_by_point(coefficient: float | None) -> Floats:
-    """A coefficient with one more axis at its end, for arrays over the points of each orbit; 0 where absent."""
+    """A coefficient with one more axis at its end, for arrays over the points of each orbit; 0 if absent."""
     return or_zero(coefficient)[..., None]
 
 

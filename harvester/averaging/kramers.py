@@ -6,13 +6,13 @@ The mass in a well of the depth U, under the damping g and white noise 2 N, has 
     k = A K w/(2 pi) exp(-U/T),   K = (sqrt(g^2/4 + wb^2) - g/2)/wb
 
 with the frequencies w of the well's bottom and wb of the barrier's top.  K is Kramers' factor of
-strong damping; of weak damping it is the energy that a turn at the barrier's height takes, g S,
+strong damping; for weak damping it is the energy that a turn at the barrier's height takes, g S,
 over T, that decides:
 
     A(d) = exp[1/pi integral_0^inf ln(1 - exp(-d (z^2 + 1/4)))/(z^2 + 1/4) dz],   d = g S/T,   S = contour of x' dx
 
-which is d if that is small (Kramers' rate of weak damping) and 1 if it is large; of two wells
-beside each other it is A(d1) A(d2)/A(d1 + d2), as a mass that leaves one may come back from the
+which is d if that is small (Kramers' rate of weak damping) and 1 if it is large; for two wells
+next to each other it is A(d1) A(d2)/A(d1 + d2), as a mass that leaves one may come back from the
 other.  For U above some T. (Kramers, Physica 7, 284, 1940; Mel'nikov and Meshkov, J. Chem. Phys.
 85, 1018, 1986.)
 """
@@ -97,7 +97,7 @@ def _stiffness(eqs: Equations, x: float) -> float:
 
 
 def _small_motion(eqs: Equations, x: float) -> tuple[float, float]:
-    """Frequency and damping of small motions about a place, (w, g) of exp(-g t/2) cos(w t); g of 0 where none turns."""
+    """Frequency and damping of small motions about a place, (w, g) of exp(-g t/2) cos(w t); g of 0 if none turns."""
     matrix = flow(eqs)
     matrix[1, 0] = -_stiffness(eqs, x)
     values = np.linalg.eigvals(matrix)

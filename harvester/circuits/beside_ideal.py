@@ -52,7 +52,7 @@ def settle_from(
     What the two circuits differ by is forgotten in `SETTLING` time constants of the response or of
     the store.
 
-    Raises SimulationError where that would not end within ``budget`` seconds of ``begin``
+    Raises SimulationError if that would not end within ``budget`` seconds of ``begin``
     (`time.perf_counter`).
     """
     if compiled.h != ideal.h:

@@ -1,99 +1,218 @@
-"""The kernel of many trajectories of the mass with a compiled circuit, one after the other in each step.
+"""The kernel of many trajectories with a compiled circuit, one after the other in each step.
 
-As `harvester.mechanics.kernels.trajectory_batch`, with the sums of the same moments.
+As `harvester.mechanics.kernels.trajectory_batch`, with the sums of the same moments; one kernel is
+for each mechanics, by the questions of `harvester.mechanics.kernels.driver` about each lane.
 """
 
 import numpy as np
 
-from harvester.circuits.mass import drifted
-from harvester.circuits.pointers import advance
-from harvester.circuits.substeps import DID, ROOMS
+from harvester.arrays import Floats, aligned
+from harvester.circuits.circuit_path import load_of
+from harvester.circuits.substeps import KernelCircuit
+from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features
-from harvester.mechanics.kernels.coefficients import State
-from harvester.mechanics.kernels.compiled import inlined, kernel
+from harvester.mechanics.kernels.coefficients import Coefficients, State
+from harvester.mechanics.kernels.compiled import inlined, kernel, version_of
+from harvester.mechanics.kernels.driver import aside, beside, drifted, kicked, read
+from harvester.mechanics.kernels.intervals import EXACT, drifts
 from harvester.mechanics.kernels.noise import draw_noise
-from harvester.mechanics.kernels.offset_stops import kick_at_stops
 from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
-from harvester.mechanics.kernels.shaking import last_acceleration, shaken
-from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, add_sample
+from harvester.mechanics.kernels.shaking import Filter, last_acceleration, shaken
+from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, Batch, Schedule, add_sample
+from harvester.mechanics.modes.modal_batch import add_sample_of_modes
+from harvester.mechanics.modes.modal_circuit import add_modal_features
+from harvester.mechanics.modes.modal_step import ModalCoefficients, dot
+from harvester.mechanics.trace import mechanics_of
 
 # rows of the mass: x, x', V, and the voltage of the store; a circuit's state is below them
 MASS_ROWS = 4
 MORE_SUMS = (*SUMS, "load", "substeps", "failed")
 
 
+def lane(i, z, c):
+    """The state of lane i of z, as the driver's questions know it."""
+
+
+def put(i, z, s, c):
+    """Write a state to lane i of z."""
+
+
+def speed(s, c):
+    """The speed along which the base shakes."""
+
+
+def add_features(i, s, U, xi, controls, c):
+    """Add the noise of a kick to the controls of lane i."""
+
+
+def add_sample_of(i, sums, s, mid, c):
+    """Add a sample to the sums of lane i: the states at the kick and in mid-drift."""
+
+
+@version_of(lane, c=Coefficients)
+def _lane(i, z, c):
+    return State(z[i], z[BATCH + i], z[2 * BATCH + i])
+
+
+@version_of(lane, c=ModalCoefficients)
+def _lane_of_modes(i, z, c):
+    return z[i:]  # whose lane 0 is that one
+
+
+@version_of(put, c=Coefficients)
+def _put(i, z, s, c):
+    z[i] = s.x
+    z[BATCH + i] = s.v
+    z[2 * BATCH + i] = s.V
+
+
+@version_of(put, c=ModalCoefficients)
+def _put_modes(i, z, s, c):
+    return None
+
+
+@version_of(speed, c=Coefficients)
+def _speed(s, c):
+    return s.v
+
+
+@version_of(speed, c=ModalCoefficients)
+def _speed_of_modes(s, c):
+    return dot(c.g, s, len(c.k), 0)
+
+
+@version_of(add_features, c=Coefficients)
+def _add_features(i, s, U, xi, controls, c):
+    add_circuit_features(i, s, U, xi, controls, c)
+
+
+@version_of(add_features, c=ModalCoefficients)
+def _add_features_of_modes(i, s, U, xi, controls, c):
+    add_modal_features(0, s, U, xi, controls[:, i:], c)
+
+
+@version_of(add_sample_of, c=Coefficients)
+def _add_sample(i, sums, s, mid, c):
+    add_sample(i, sums, s, mid, c)
+
+
+@version_of(add_sample_of, c=ModalCoefficients)
+def _add_sample_of_modes(i, sums, s, mid, c):
+    add_sample_of_modes(0, sums[:, i:], s, mid, c)
+
+
 @inlined
-def fly(i, state, its_state, circuit, room, x1, wall, first, t, whole):
-    """Advance the circuit of trajectory i, whose state is copied to ``its_state``, by a drift; see `follow`."""
-    for k in range(len(its_state)):
-        its_state[k] = state[MASS_ROWS + k, i]
-    advance(
-        circuit.address, circuit.record, its_state, room, state[0, i], x1, wall, first, t, whole
-    )
+def _fetched(i, state, load):
+    for j in range(len(load.state)):
+        load.state[j] = state[j, i]
 
 
 @kernel
-def advance_circuit(b, state, schedule, h, circuit, c, shaker):
-    """Advance a `Batch` by a `Schedule` of steps of h and add up its moments.
-
-    ``state``, shape (MASS_ROWS + length of a circuit's state, BATCH), holds all states, of which those of the mass and
-    U are the batch's; the sums have the shape (len(MORE_SUMS), BATCH).  ``circuit`` is compiled, c the coefficients.
-    """
-    room = np.empty((ROOMS, circuit.length))
-    its_state = np.empty(state.shape[0] - MASS_ROWS)
-    last = len(its_state) - DID
-    volts = circuit.volts
+def _advance(z, room, state, b, noisy, schedule, h, load, c, shaker):
+    """Advance lanes z and their circuits' states by a `Schedule`, and add up the moments."""
+    whole, half = drifts(h, None, EXACT)
     sums = b.sums
-    steps = 1 if schedule.doublings > 0 else 2
+    coarse = schedule.doublings > 0
+    steps = 1 if coarse else 2
     noise = np.zeros((2, BATCH))
     accelerations = np.zeros((2, BATCH))
     filtered = np.zeros((2, BATCH))
-    at = circuit.voltages_at
-    unit = circuit.unit / (schedule.stride * circuit.record[0].seconds)
+    at = load.circuit.voltages_at
+    volts = load.circuit.volts
+    unit = load.circuit.unit / (schedule.stride * load.circuit.record[0].seconds)
     for _ in range(schedule.samples):
         for k in range(schedule.stride):
-            if (c.n1 is not None or c.n2 is not None) and k % steps == 0:
+            if noisy and k % steps == 0:
                 draw_noise(noise, b.s0, b.s1, schedule.doublings)
-            shake_and_add(b, filtered, accelerations, schedule.doublings > 0, shaker, 1.0)
+            shake_and_add(b, filtered, accelerations, coarse, shaker, 1.0)
             for i in range(BATCH):
                 a, a1 = shaken(i, accelerations, shaker)
-                s, wall, first, did = drifted(State(b.x[i], b.v[i], b.V[i]), h, h, c, a)
-                fly(i, state, its_state, circuit, room, s.x, wall, first, h, 1)
-                for j in range(len(its_state)):
-                    state[MASS_ROWS + j, i] = its_state[j]
-                s = State(s.x, s.v, its_state[at] / volts)
-                U = its_state[at + 1] / volts
+                _fetched(i, state, load)
+                for j in range(len(load.counts)):
+                    load.counts[j] = 0.0
+                s, load, did = drifted(lane(i, z, c), whole, c, a, load)
+                for j in range(len(load.state)):
+                    state[j, i] = load.state[j]
+                b.U[i] = load.state[at + 1] / volts
                 xi = noise[k % steps, i]
                 if b.controls is not None:
-                    add_circuit_features(i, s, U, xi, b.controls, c)
-                v1 = kick_at_stops(s, xi, h, c, a1)
-                b.x[i] = s.x
-                b.v[i] = v1
-                b.V[i] = s.V
-                b.U[i] = U
+                    add_features(i, s, b.U[i], xi, b.controls, c)
+                before = speed(s, c)
+                s = kicked(s, xi, h, c, a1)
+                put(i, z, s, c)
                 sums[10, i] += did.number
                 sums[11, i] += did.energy
                 if shaker is not None:
-                    sums[12, i] += 0.5 * h * a1 * (s.v + v1)
-                sums[13, i] += its_state[last] * unit
-                sums[14, i] += its_state[last + 1]
-                sums[15, i] += its_state[last + 2]
+                    sums[12, i] += 0.5 * h * a1 * (before + speed(s, c))
+                sums[13, i] += load.counts[0] * unit
+                sums[14, i] += load.counts[1]
+                sums[15, i] += load.counts[2]
         for i in range(BATCH):
-            s = State(b.x[i], b.v[i], b.V[i])
-            mid, wall, first, _ = drifted(s, h, 0.5 * h, c, last_acceleration(i, shaker))
-            fly(i, state, its_state, circuit, room, mid.x, wall, first, 0.5 * h, 0)
-            add_sample(i, sums, s, State(mid.x, mid.v, its_state[at] / volts), c)
+            _fetched(i, state, load)
+            s = lane(i, z, c)
+            a = last_acceleration(i, shaker)
+            mid, _, _ = drifted(beside(s, room, c), half, c, a, aside(load))
+            add_sample_of(i, sums, s, mid, c)
 
 
 @kernel
-def circuit_mid_drift(state, out, h, circuit, c, shaker):
-    """Go from the states of a batch after a kick to x, v, V half a step later: shape (3, BATCH)."""
-    room = np.empty((ROOMS, circuit.length))
-    its_state = np.empty(state.shape[0] - MASS_ROWS)
+def _mid_drift(z, room, state, out, h, load, c, shaker):
+    """Go from the states of a batch after a kick to x, x' and V half a step later: (3, BATCH)."""
+    _, half = drifts(h, None, EXACT)
     for i in range(BATCH):
-        s = State(state[0, i], state[1, i], state[2, i])
-        mid, wall, first, _ = drifted(s, h, 0.5 * h, c, last_acceleration(i, shaker))
-        fly(i, state, its_state, circuit, room, mid.x, wall, first, 0.5 * h, 0)
-        out[0, i] = mid.x
-        out[1, i] = mid.v
-        out[2, i] = its_state[circuit.voltages_at] / circuit.volts
+        _fetched(i, state, load)
+        s = beside(lane(i, z, c), room, c)
+        mid, _, _ = drifted(s, half, c, last_acceleration(i, shaker), aside(load))
+        out[0, i], out[1, i], out[2, i] = read(mid, c)
+
+
+def advance_circuit(
+    batch: Batch,
+    state: Floats,
+    schedule: Schedule,
+    h: float,
+    circuit: KernelCircuit,
+    rows: int,
+    eqs: Equations,
+    shaker: Filter | None,
+) -> None:
+    """Advance a batch by a schedule of steps of h.
+
+    The first ``rows`` of ``state`` are x, x', V, U and the circuit's; below are y_2, ... and
+    y_2', ... of several modes.
+    """
+    mechanics = mechanics_of(eqs)
+    order = mechanics.order(rows)
+    z = aligned((len(order), BATCH))
+    z[:] = state[order]
+    batch = batch._replace(x=z[0], v=z[len(order) // 2], V=z[-1])
+    _advance(
+        z.reshape(-1),
+        np.empty(z.size),
+        state[MASS_ROWS:rows],
+        batch,
+        eqs.n1 is not None or eqs.n2 is not None,
+        schedule,
+        h,
+        load_of(circuit, np.empty(rows - MASS_ROWS), 0),
+        mechanics.coefficients,
+        shaker,
+    )
+    state[order] = z
+
+
+def circuit_mid_drift(
+    state: Floats,
+    out: Floats,
+    h: float,
+    circuit: KernelCircuit,
+    rows: int,
+    eqs: Equations,
+    shaker: Filter | None,
+) -> None:
+    """Go from the states of a block after a kick to x, x' and V half a step later."""
+    mechanics = mechanics_of(eqs)
+    z = np.ascontiguousarray(state[mechanics.order(rows)]).reshape(-1)
+    load = load_of(circuit, np.empty(rows - MASS_ROWS), 0)
+    c = mechanics.coefficients
+    _mid_drift(z, np.empty(z.size), state[MASS_ROWS:rows], out, h, load, c, shaker)

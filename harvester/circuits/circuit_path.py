@@ -1,25 +1,24 @@
-"""One recorded trajectory of the mass with a compiled circuit, on a noise path."""
+"""One recorded trajectory with a compiled circuit as its load (`harvester.mechanics.trace`)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.mass import drifted
 from harvester.circuits.pointers import advance
 from harvester.circuits.substeps import DID, N_VOLTAGES, ROOMS, KernelCircuit
 from harvester.equations.coefficients import Equations
-from harvester.mechanics.kernels.coefficients import State, coefficients
-from harvester.mechanics.kernels.compiled import kernel
-from harvester.mechanics.kernels.forcing import forcing
-from harvester.mechanics.kernels.offset_stops import kick_at_stops
-from harvester.mechanics.kernels.path import (
-    COLUMNS,
-    Path,
-    between_kicks,
-    check_start,
-    room_for_impacts,
-)
+from harvester.mechanics.kernels.coefficients import Coefficients, State
+from harvester.mechanics.kernels.compiled import inlined, version_of
+from harvester.mechanics.kernels.driver import aside, drifted, noted
+from harvester.mechanics.kernels.offset_stops import move, wall_of
+from harvester.mechanics.kernels.path import Path
+from harvester.mechanics.kernels.trajectory_batch import BATCH
+from harvester.mechanics.modes.modal_circuit import drift_with_course
+from harvester.mechanics.modes.modal_step import ModalCoefficients
+from harvester.mechanics.trace import follow
 
 
 @dataclass(frozen=True)
@@ -28,10 +27,9 @@ class CircuitPath(Path):
 
     ``voltages`` has those (V) of the piezo, the store and the load at its samples, shape (n, 3);
     ``square`` the integral of the load's squared voltage (V^2 s) up to each; ``steps`` how many the
-    circuit made, and ``failed`` how many of them did not converge; ``state`` its last state, and
-    ``speed`` the velocity after the last kick; ``states`` those of the circuit at the samples,
-    shape (n, length of a state), and ``own_steps`` the rows of
-    `harvester.circuits.substeps.logged`, where they are asked for.
+    circuit made, and ``failed`` how many of them did not converge; ``state`` its last state;
+    ``states`` those of the circuit at the samples, shape (n, length of a state), and ``own_steps``
+    the rows of `harvester.circuits.substeps.logged`, where they are asked for.
     """
 
     voltages: Floats = field(default_factory=lambda: np.empty((0, N_VOLTAGES)))
@@ -39,58 +37,95 @@ class CircuitPath(Path):
     steps: int = 0
     failed: int = 0
     state: Floats = field(default_factory=lambda: np.empty(0))
-    speed: float = 0.0
     states: Floats | None = None
     own_steps: Floats | None = None
 
 
-@kernel
-def _trace(noise, shaking, s, state, circuit, h, stride, outputs, c, kicked, states):
-    samples, voltages, square, counts, impacts = outputs
-    count = 0
-    total = 0.0
-    room = np.empty((ROOMS, circuit.length))
-    other = state.copy()
-    last = len(state) - DID
-    at, volts = circuit.voltages_at, circuit.volts
-    if (
-        not kicked
-    ):  # from a start other than rest half a kick comes first: the force of the first half step
-        _, a = between_kicks(shaking, 0)
-        s = State(s.x, kick_at_stops(s, 0.0, 0.5 * h, c, a), s.V)
-    for k in range(1, len(samples) * stride + 1):
-        mean, a = between_kicks(shaking, k)
-        s1, wall, first, did = drifted(s, h, h, c, mean)
-        advance(circuit.address, circuit.record, state, room, s.x, s1.x, wall, first, h, 1)
-        s = State(s1.x, s1.v, state[at] / volts)
-        total += state[last]
-        counts[0] += state[last + 1]
-        counts[1] += state[last + 2]
-        if did.speed != 0.0:
-            impacts[count, 0] = (k - 1) * h + first
-            impacts[count, 1] = did.speed
-            count += 1
-        s = State(s.x, kick_at_stops(s, noise[k - 1], h, c, a), s.V)
-        if k % stride == 0:
-            row = samples[k // stride - 1]
-            for i in range(len(state)):
-                other[i] = state[i]
-            mid, wall, first, _ = drifted(s, h, 0.5 * h, c, a)
-            advance(
-                circuit.address, circuit.record, other, room, s.x, mid.x, wall, first, 0.5 * h, 0
-            )
-            row[0] = s.x
-            row[1] = s.V
-            row[2] = mid.x
-            row[3] = mid.v
-            row[4] = other[at] / volts
-            for i in range(N_VOLTAGES):
-                voltages[k // stride - 1, i] = state[at + i]
-            square[k // stride - 1] = total
-            if states is not None:
-                states[k // stride - 1] = other
-    counts[2] = s.v
-    return count
+class NetlistLoad(NamedTuple):
+    """A compiled ``circuit`` on a path, at its ``state``; ``other`` is that of a drift aside.
+
+    ``room`` is its workspace. ``counts`` are the integral of the load's squared voltage (V^2 s) so
+    far, the circuit's steps, and those that did not converge. At the samples ``voltages``, shape
+    (n, 3), and ``square`` are as of `CircuitPath`, and so are ``states``, None unless asked for.
+    """
+
+    circuit: KernelCircuit
+    state: Floats
+    other: Floats
+    room: Floats
+    counts: Floats
+    voltages: Floats
+    square: Floats
+    states: Floats | None
+
+
+def load_of(circuit: KernelCircuit, state: Floats, samples: int, keep: bool = False) -> NetlistLoad:
+    """The load of a path of so many samples, at a ``state``; ``keep`` asks for the states."""
+    return NetlistLoad(
+        circuit=circuit,
+        state=state,
+        other=state.copy(),
+        room=np.empty((ROOMS, circuit.length)),
+        counts=np.zeros(3),
+        voltages=np.empty((samples, N_VOLTAGES)),
+        square=np.empty(samples),
+        states=np.empty((samples, len(state))) if keep else None,
+    )
+
+
+@inlined
+def _flown(begin, end, wall, first, d, load):
+    """Advance the circuit along the charge's course over the interval d: the piezo's voltage."""
+    circuit, state = load.circuit, load.state
+    whole = 1 if d.t == d.h else 0
+    advance(circuit.address, circuit.record, state, load.room, begin, end, wall, first, d.t, whole)
+    if whole == 1:
+        last = len(state) - DID
+        for k in range(3):
+            load.counts[k] += state[last + k]
+    return state[circuit.voltages_at] / circuit.volts
+
+
+@version_of(drifted, c=Coefficients, load=NetlistLoad)
+def _with_mass(s, d, c, a, load):
+    s1, did = move(s, d, c, a)
+    wall, first = (wall_of(did.speed, c), did.time) if did.number > 0.0 else (s1.x, d.t)
+    voltage = _flown(s.x, s1.x, wall, first, d, load)
+    return State(s1.x, s1.v, voltage), load, did
+
+
+@version_of(drifted, c=ModalCoefficients, load=NetlistLoad)
+def _with_modes(s, d, c, a, load):
+    did, course = drift_with_course(0, s, d, c, a)
+    wall, first = (course.wall, course.first) if did.number > 0.0 else (course.end, d.t)
+    s[2 * len(c.k) * BATCH] = _flown(course.begin, course.end, wall, first, d, load)
+    return s, load, did
+
+
+@version_of(aside, load=NetlistLoad)
+def _aside(load):
+    for k in range(len(load.state)):
+        load.other[k] = load.state[k]
+    return NetlistLoad(
+        load.circuit,
+        load.other,
+        load.state,
+        load.room,
+        load.counts,
+        load.voltages,
+        load.square,
+        load.states,
+    )
+
+
+@version_of(noted, load=NetlistLoad)
+def _noted(load, mid, row):
+    for k in range(N_VOLTAGES):
+        load.voltages[row, k] = load.state[load.circuit.voltages_at + k]
+    load.square[row] = load.counts[0]
+    if load.states is not None:  # an assignment of rows would compile the text of its errors
+        for k in range(len(mid.state)):
+            load.states[row, k] = mid.state[k]
 
 
 def trace_circuit(
@@ -100,37 +135,30 @@ def trace_circuit(
     noise: Floats,
     h: float,
     stride: int = 1,
-    start: tuple[float, float] = (0.0, 0.0),
+    start: Sequence[float] | Floats = (0.0, 0.0),
     shaking: Floats | None = None,
     kicked: bool = False,
     keep: bool = False,
 ) -> CircuitPath:
-    """The trajectory of Eq. 2 from ``start`` = (x, x') with a compiled circuit from its ``state``.
+    """The trajectory from ``start`` with a compiled circuit from its ``state``.
 
-    ``circuit`` is the circuit at steps of h; ``noise``, ``h``, ``stride`` and ``shaking`` as of
-    `harvester.mechanics.kernels.path.trace`.  ``kicked`` says that the start is where another path ended, after a kick;
-    ``keep`` asks for the circuit's states.
+    ``start`` has x and x', of several modes y and y' of all, shape (2 n,). ``circuit`` is that at
+    steps of h; ``noise``, ``h``, ``stride`` and ``shaking`` as of
+    `harvester.mechanics.trace.trace`. ``kicked`` says that the start is where another path ended,
+    after a kick; ``keep`` asks for the circuit's states.
 
     Raises InputError for a start behind a stop, and random shaking without ``shaking``.
     """
-    check_start(eqs.rigid_stops, start[0], start[0])
-    rows = len(noise) // stride
-    samples = np.empty((rows, len(COLUMNS)))
-    voltages = np.empty((rows, N_VOLTAGES))
-    square = np.empty(rows)
-    impacts = room_for_impacts(eqs, len(noise))
-    counts = np.zeros(3)
-    state = state.copy()
-    shaking = forcing(eqs, h, len(noise)) if shaking is None else shaking
-    outputs = samples, voltages, square, counts, impacts
-    states = np.empty((rows, len(state))) if keep else None
-    begin = State(
-        float(start[0]), float(start[1]), float(state[circuit.voltages_at]) / circuit.volts
-    )
-    count = _trace(
-        noise, shaking, begin, state, circuit, h, stride, outputs, coefficients(eqs), kicked, states
-    )
-    done = int(counts[0]), int(counts[1]), state, float(counts[2]), states
+    load = load_of(circuit, state.copy(), len(noise) // stride, keep)
+    begin = np.array([*start, state[circuit.voltages_at] / circuit.volts])
+    path = follow(eqs, noise, h, stride, begin, shaking, load, goes_on=kicked)
+    _, steps, failed = load.counts
     return CircuitPath(
-        h, stride, samples, impacts[:count].copy(), shaking, None, voltages, square, *done
+        **vars(path),
+        voltages=load.voltages,
+        square=load.square,
+        steps=int(steps),
+        failed=int(failed),
+        state=load.state,
+        states=load.states,
     )

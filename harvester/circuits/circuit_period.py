@@ -1,6 +1,6 @@
-"""The periodic response of a mass and a compiled circuit to a steady drive: from period to period, as by ngspice.
+"""The periodic response of modes and a compiled circuit to a steady drive: from period to period.
 
-The map of a period takes x, x', the charges and the voltages that functions read just after a kick
+The map of a period takes y, y', the charges and the voltages that functions read just after a kick
 to those a period later; `harvester.mechanics.periodic` goes to where it comes back.
 """
 
@@ -20,6 +20,7 @@ from harvester.linear.transfer import first_harmonic
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.largest_swing import Swing
 from harvester.mechanics.periodic import MULTIPLES, Settling, periods_to_settle
+from harvester.mechanics.trace import at_rest
 
 # oscillations from rest; of a mass that is not linear, and how often
 FIRST = 4
@@ -35,12 +36,11 @@ MEASURED = 4  # times that the response is gone through: switches may act a litt
 class CircuitStart:
     """Where a response that comes back after ``turns`` periods of the drive begins, or the way to a neighbouring one.
 
-    ``x``, ``v`` (nondimensional) and the circuit's ``state`` are those just after the kick at which
-    the drive begins.
+    ``coordinates``, y and y' of all modes, and the circuit's ``state`` are those just after the
+    kick at which the drive begins.
     """
 
-    x: float
-    v: float
+    coordinates: Floats
     state: Floats
     turns: int
 
@@ -89,19 +89,17 @@ class _Way:
         shaking = forcing(eqs, h, self.size)
         assert shaking is not None, "the drive is steady"
         self.shaking = shaking[:-1]
-        self.x = eqs.resting_places[0]
-        self.v = 0.0
+        self.coordinates = at_rest(eqs)[:-1]
         self.state = circuit.rest
         if near is not None:
-            self.x = near.x
-            self.v = near.v
+            self.coordinates = near.coordinates
             self.state = near.state
         sizes = circuit.sizes
         self.kept = sizes[0] + sizes[1]
         self.charges = sizes[3]
 
     def run(self, periods: int, stride: int = 0) -> CircuitPath:
-        """Go on for so many periods, with a sample each, or every ``stride`` kicks."""
+        """Continue for so many periods, with a sample each, or every ``stride`` kicks."""
         n_steps = periods * self.size
         shaking = self.shaking[np.arange(n_steps + 1) % self.size]
         given = (
@@ -109,13 +107,12 @@ class _Way:
             np.zeros(n_steps),
             self.h,
             stride or self.size,
-            (self.x, self.v),
+            self.coordinates,
             self.state,
             shaking,
         )
         path = self.circuit.trace(*given, kicked=True)
-        self.x = float(path.samples[-1, 0])
-        self.v = path.speed
+        self.coordinates = path.last[:-1]
         self.state = path.state
         self.steps += n_steps
         return path
@@ -123,18 +120,17 @@ class _Way:
     @property
     def y(self) -> Floats:
         """The state as one array."""
-        return np.concatenate([[self.x, self.v], self.state[: self.kept]])
+        return np.concatenate([self.coordinates, self.state[: self.kept]])
 
     def turn(self, y: Floats, turns: int) -> tuple[Floats, Floats]:
         """The map: a state after so many periods, and the means of power, V^2 and x^2 + x'^2 over them.
 
-        Raises CircuitError where the circuit has no way on from a state.
+        Raises CircuitError if the circuit has no way on from a state.
         """
         before = self.state
-        self.x = float(y[0])
-        self.v = float(y[1])
+        self.coordinates, kept = np.split(y, [len(self.coordinates)])
         self.state = before.copy()
-        self.state[: self.kept] = y[2:]
+        self.state[: self.kept] = kept
         path = self.run(turns, 1)
         if path.failed:
             self.state = before
@@ -156,19 +152,20 @@ class _Way:
         farads = self.circuit.load.smoothing or 0.0
         if farads:
             order.append(order.pop(self.circuit.charge_at("csmooth")))
-        slow = np.zeros((2 + self.charges, 2 + self.kept))
-        slow[0, 0] = slow[1, 1] = 1.0
-        for row, k in enumerate(order, 2):
-            slow[row, 2 + k] = self.circuit.system.charges[k][3] / s.volts
-        groups = np.array([0, 0] + self.charges * [1])
-        swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * self.charges)
+        n = len(self.coordinates)
+        slow = np.eye(n + self.charges, n + self.kept)
+        for row, k in enumerate(order, n):
+            slow[row] = 0.0
+            slow[row, n + k] = self.circuit.system.charges[k][3] / s.volts
+        groups = np.array(n * [0] + self.charges * [1])
+        swing = np.array([[0.0, 0.0, 1.0]] * n + [[0.0, s.volts**-2, 0.0]] * self.charges)
         stored = farads * s.volts**2 * s.frequency / (turns * self.size * self.h)
         slowest = periods_to_settle(self.eqs, turns)
         turn = partial(self.turn, turns=turns)
         return Settling(turn, slow, groups, self.y, stored=stored, swing=swing, slowest=slowest)
 
     def come_near(self) -> int:
-        """Go on until a mass that is not linear comes back: after how many periods, 0 where it does not."""
+        """Go on until a mass that is not linear comes back: after how many periods, 0 if it does not."""
         natural = 2.0 * math.pi / (self.size * self.h)
         for _ in range(TRIED):
             path = self.run(max(math.ceil(WANDERED * min(natural, 1.0)), 2 * MULTIPLES))
@@ -189,9 +186,9 @@ def periodic_response(
     enough: float,
     near: CircuitStart | None = None,
 ) -> CircuitPeriod | None:
-    """The response from rest, or near another one, at steps of h; None where none comes back, or steps do not converge.
+    """The response from rest, or near another one, at steps of h; None if none comes back, or steps do not converge.
 
-    What is left of the way there is below ``enough`` of the state's size.
+    The remainder of the way there is below ``enough`` of the state's size.
     """
     try:
         return _response(circuit, eqs, h, enough, near)
@@ -202,7 +199,7 @@ def periodic_response(
 def _response(
     circuit: CompiledCircuit, eqs: Equations, h: float, enough: float, near: CircuitStart | None
 ) -> CircuitPeriod | None:
-    """As `periodic_response`; raises CircuitError where steps of the circuit do not converge."""
+    """As `periodic_response`; raises CircuitError if circuit steps do not converge."""
     way = _Way(circuit, eqs, h, near)
     turns = 1 if near is None else near.turns
     if linear_growth(eqs) is None:
@@ -236,8 +233,7 @@ def _response(
     scatter = np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
     parts = SURE * ((np.abs(less) + scatter) / np.maximum(mean, 1e-300) + unexplained)
     there = (
-        way.x,
-        way.v,
+        way.coordinates,
         way.state,
         turns,
         float(mean[0]),

@@ -1,4 +1,4 @@
-"""A load's netlist as a compiled circuit on a device, and its motion beside the mass.
+"""A load's netlist as a compiled circuit on a device, and its motion together with the mass.
 
 Long because it is all that others see of a circuit: its sizes, its states, its paths, and what
 kernels take of it.
@@ -21,7 +21,6 @@ from harvester.circuits.circuit_batch import (
 )
 from harvester.circuits.circuit_path import CircuitPath, trace_circuit
 from harvester.circuits.converged import check_converged
-from harvester.circuits.modes_with_circuit import advance_modal_circuit, modal_circuit_mid_drift
 from harvester.circuits.newton import Solver
 from harvester.circuits.reduction import Reduction
 from harvester.circuits.semiconductors import ROOM
@@ -39,10 +38,10 @@ from harvester.circuits.substeps import (
 from harvester.circuits.system import System
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
-from harvester.mechanics.kernels.coefficients import coefficients
 from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.kernels.trajectory_batch import Batch, Schedule
+from harvester.mechanics.trace import mechanics_of
 from harvester.netlists.load_circuit import LoadCircuit
 from harvester.netlists.part import CircuitPart, UnservedError, by_name
 
@@ -53,7 +52,7 @@ LEAST = 1e-2  # of theta l/Cp: the least size of a charge
 
 
 def system_of(parts: dict[str, CircuitPart], capacitance: float) -> System:
-    """The equations of a load circuit's elements beside a piezo of a capacitance (F).
+    """The equations of a load circuit's elements next to a piezo of a capacitance (F).
 
     Raises UnservedError for what compiled circuits do not have; InputError for values that cannot
     be.
@@ -74,7 +73,7 @@ class CompiledCircuit:
 
     ``resistance`` (ohm) is that of Rload, ``mu`` the same as 1/(R Cp w0).
 
-    ``elements`` are those that stand for the load's, such as a part of them; ``tolerance`` is that
+    ``elements`` are those that represent the load's, such as a part of them; ``tolerance`` is that
     of a step.
 
     Raises UnservedError for what compiled circuits do not have, and InputError for a circuit
@@ -192,7 +191,7 @@ class CompiledCircuit:
         noise: Floats,
         h: float,
         stride: int = 1,
-        start: tuple[float, float] = (0.0, 0.0),
+        start: Sequence[float] | Floats | None = None,
         state: Floats | None = None,
         shaking: Floats | None = None,
         kicked: bool = False,
@@ -200,17 +199,32 @@ class CompiledCircuit:
     ) -> CircuitPath:
         """One trajectory on a noise path, from rest or a ``state`` of the circuit; see `trace_circuit`.
 
-        Raises CircuitError where too many steps do not converge.
+        Without a ``start`` it is at x = 0. Raises CircuitError if too many steps do not converge.
         """
         state = self.rest if state is None else state
+        if start is None:
+            start = mechanics_of(eqs).started((0.0, 0.0, 0.0))[:-1]
         path = trace_circuit(
             eqs, self.for_kernels(h), state, noise, h, stride, start, shaking, kicked, keep
         )
         self.check(path.steps, path.failed, path.state)
         return path
 
+    def begun(self, eqs: Equations, start: tuple[Any, ...]) -> tuple[Floats, Floats]:
+        """The motion, y and y' of all modes, and the state of the circuit of a ``start``.
+
+        That has x, x', V and U, and as its fifth, unless the circuit is at rest, the circuit's
+        state and then y_2, ... and y_2', ... in one array, as rows of many trajectories.
+        """
+        rest = self.rest
+        mechanics = mechanics_of(eqs)
+        if len(start) < 5:
+            return mechanics.started(start)[:-1], rest
+        state, coordinates = np.split(np.asarray(start[4], dtype=np.float64), [len(rest)])
+        return mechanics.started((*start[:4], coordinates))[:-1], state
+
     def check(self, steps: float, failed: float, state: Floats) -> None:
-        """Raise CircuitError where too many of so many steps ``failed``, before the ``state`` or states, (..., n)."""
+        """Raise CircuitError if too many of so many steps ``failed``, before the ``state`` or states, (..., n)."""
         check_converged(self.system, steps, failed, state[..., -1])
 
     def check_sums(self, sums: Floats, state: Floats) -> None:
@@ -246,11 +260,10 @@ class CompiledCircuit:
     ) -> Moments:
         """Moments of one trajectory after the time ``discard``, one entry a batch (`from_path`).
 
-        ``start`` is x, x' and further on the state of the circuit, where it is not at rest.
+        ``start`` is as of `begun`.
         """
-        x, v, *_ = start
-        state = start[4] if len(start) > 4 else None
-        path = self.trace(eqs, noise, h, stride, (x, v), state, shaking)
+        motion, state = self.begun(eqs, start)
+        path = self.trace(eqs, noise, h, stride, motion, state, shaking)
         moments = from_path(eqs, path, discard, batches)
         first = math.ceil(discard / (h * stride) - 1e-6)
         rows = (len(path.square) - first) // batches
@@ -301,32 +314,17 @@ class CompiledCircuit:
         shaker: Filter | None,
     ) -> None:
         """Advance a batch of trajectories; see `OwnCircuit`."""
-        if eqs.modes is not None:
-            advance_modal_circuit(
-                batch, state, schedule, h, self.for_kernels(h), self.rows, eqs, shaker
-            )
-        else:
-            c = coefficients(eqs)
-            if follow.waits:  # a call without a step compiles this kernel meanwhile
-                advance_circuit(
-                    batch,
-                    state,
-                    schedule._replace(samples=0),
-                    h,
-                    self._with_follow(h, 0),
-                    c,
-                    shaker,
-                )
-            advance_circuit(batch, state, schedule, h, self.for_kernels(h), c, shaker)
+        if follow.waits:  # a call without a step compiles this kernel meanwhile
+            none = schedule._replace(samples=0)
+            circuit = self._with_follow(h, 0)
+            advance_circuit(batch, state, none, h, circuit, self.rows, eqs, shaker)
+        advance_circuit(batch, state, schedule, h, self.for_kernels(h), self.rows, eqs, shaker)
 
     def mid_drift(
         self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None
     ) -> None:
         """The states of a batch half a step later; see `OwnCircuit`."""
-        if eqs.modes is not None:
-            modal_circuit_mid_drift(state, out, h, self.for_kernels(h), self.rows, eqs, shaker)
-        else:
-            circuit_mid_drift(state, out, h, self.for_kernels(h), coefficients(eqs), shaker)
+        circuit_mid_drift(state, out, h, self.for_kernels(h), self.rows, eqs, shaker)
 
     def for_kernels(self, h: float) -> KernelCircuit:
         """The circuit at steps of h; threads that ask at once get one record, as it has but addresses of its arrays."""

@@ -3,7 +3,7 @@
     z = f(a, b)   =>   dz/dw = df/da da/dw + df/db db/dw      for each input w that a or b depends on
 
 A constant becomes an argument, so that the lines depend on the expression's form only; a sub-tree
-that occurs twice is computed once; of c ? a : b only the branch taken is computed.
+that occurs twice is computed once; for c ? a : b only the branch taken is computed.
 """
 
 from dataclasses import dataclass, field
@@ -117,7 +117,7 @@ class Writer:
 
 
 def _rule(operation: str, a: str, b: str) -> tuple[str, list[str | None]]:
-    """The text of an operation on a and b, and its derivatives by them; None where that is zero ($z: the value)."""
+    """The text of an operation on a and b, and its derivatives by them; None if that is zero ($z: the value)."""
     if operation in ("<", ">", "<=", ">=", "==", "!="):
         return f"1.0 if {a} {operation} {b} else 0.0", [None, None]
     binary: dict[str, tuple[str, list[str | None]]] = {

@@ -2,7 +2,7 @@
 
 The pivots are chosen once, for samples of the matrix as Newton's iterations meet it: where
 derivatives are zero, and where they are large.  Among pivots that are safe in all samples that with
-the fewest products goes first (Markowitz). The lines test their pivots; where one fails,
+the fewest products goes first (Markowitz). The lines test their pivots; if one fails,
 elimination with pivots of the matrix at hand takes over.
 
 Source: Duff, Erisman, Reid, Direct Methods for Sparse Matrices, 2nd ed. 2017, chapter 7.

@@ -1,7 +1,7 @@
 """The kernel of a compiled circuit that a mean current feeds, in place of a piezo that vibrates.
 
 The current i into the node ``p`` follows a table of the voltage u there with a lag: tau i' = I(u) -
-i + sqrt(S(u)) xi, where xi is white noise of density 1, or absent.
+i + sqrt(S(u)) xi, where xi is white noise with unit density, or absent.
 """
 
 import math

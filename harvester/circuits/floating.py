@@ -2,8 +2,8 @@
 
 The rails of a bridge are such a group.  The equations of its nodes have a store's C/tau, which is
 up to 1e16 times what leaks through blocked diodes, so that rounding hides where the rails are.  In
-the sum all that connects nodes of the group cancels; it stands in place of one of their equations.
-Groups are nested: what the store connects, what series resistances of devices do, too, what all
+the sum all that connects nodes of the group cancels; it replaces one of their equations.
+Groups are nested: what the store connects, what series resistances of devices do as well, what all
 capacitors do, and what all linear elements do.
 """
 

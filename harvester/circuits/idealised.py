@@ -1,9 +1,9 @@
 """The package's netlists as circuits of ideal elements (`harvester.mechanics.kernels.ideal_circuit`).
 
-Engine `ideal` simulates them, and engine `spice` uses them as the control variate beside ngspice.
+Engine `ideal` simulates them, and engine `spice` uses them as the control variate of ngspice.
 
 Left out of the netlists' elements are the diodes' series resistance, junction capacitance, recovery
-and breakdown, and the time of a switching (`switching_time`).  Of what SSHI and SECE take of the
+and breakdown, and the time of a switching (`switching_time`).  For what SSHI and SECE take of the
 plate of `benchmarks/steady.py`, all that is 0.3 to 0.7 %.
 """
 

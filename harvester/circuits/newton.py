@@ -6,7 +6,6 @@ function differs from its tangent by more than its tolerance.
 """
 
 import hashlib
-import importlib.util
 import itertools
 import math
 import sys
@@ -25,6 +24,7 @@ from harvester.circuits.elimination import lines_of, pivots
 from harvester.circuits.newton_parts import LARGEST
 from harvester.circuits.reduction import Reduction
 from harvester.circuits.system import Row
+from harvester.errors import InputError
 from harvester.machine import files
 
 _HEAD = '''"""Made by harvester.circuits.newton for one topology; it may be deleted at any time."""
@@ -49,6 +49,7 @@ SAMPLES = 16  # of the matrix for each length of stages, by which pivots are cho
 # beyond DAMPED iterations every fourth goes the whole way; the others leave this share of it
 EACH = 4
 HELD = 0.7
+FURTHEST = 1e15  # currents of the device, beyond which their rounding is no longer small beside one
 SMALL = 1e-7  # of the device's sizes: what a function may differ from its tangent by
 
 
@@ -84,6 +85,9 @@ class Solver:
             ]
             tolerance = writer.argument(SMALL * volts / impedance)
             self._add(f"{k}", f"I{k}", {junction.input: f"G{k}"}, junction.rows, tolerance)
+            # A larger current, which only ideal sources drive, leaves too few digits to the others.
+            furthest = writer.argument(FURTHEST * volts / impedance)
+            self._tests[-1] += f" and abs(I{k}) <= {furthest}"
             self._before.append(f"Q{k} = 0.0")
             self._ends.append(f"Q{k} = x{k} + c{k}*(v{junction.input} - u{junction.input})")
             self._last.append(f"q[{k}] = Q{k}")
@@ -267,21 +271,35 @@ def _times(weight: float, name: str) -> str:
 
 @cache
 def compiled_source(text: str) -> Any:
-    """The function ``solve`` of a source; its machine code is kept on disk where there is a folder for it."""
+    """The function ``solve`` of a source; its machine code is kept if there is a folder for it.
+
+    Python code is compiled from ``text`` itself, never from a file: numba reads the file's name and
+    time only, and bytecode that Python's own import would keep has no checksum.
+    """
     from harvester.mechanics.kernels.compiled import _cache_folder
 
     name = f"circuit_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
-    folder = _cache_folder()
-    if folder is None:
-        module = types.ModuleType(name)
-        exec(compile(text, f"<{name}>", "exec"), module.__dict__)
-        return module.__dict__["solve"]
-    path = Path(folder) / f"{name}.py"
-    if not path.exists() or path.read_bytes() != text.encode():  # or damaged
-        files.write(path, text)
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None, "a Python file has a loader"
-    module = importlib.util.module_from_spec(spec)
+    file = _kept_source(name, text, _cache_folder())
+    module = types.ModuleType(name)
+    module.__file__ = file
     sys.modules[name] = module
-    spec.loader.exec_module(module)
+    exec(compile(text, file, "exec"), module.__dict__)
     return module.__dict__["solve"]
+
+
+def _kept_source(name: str, text: str, folder: str | None) -> str:
+    """The path of a file with the ``text``, written if need be; no path if it cannot be."""
+    absent = f"<{name}>"
+    if folder is None:
+        return absent
+    path = Path(folder) / f"{name}.py"
+    try:
+        if not path.is_symlink() and files.read(path, "cache", len(text.encode())) == text.encode():
+            return str(path)
+    except InputError:  # missing, longer, or no file
+        pass
+    try:
+        files.write(path, text)
+    except InputError:  # a full disk, or something else in its place: for this process only
+        return absent
+    return str(path)

@@ -21,9 +21,9 @@ SIGNATURE = types.int64(*7 * [_POINTER], types.float64)
 
 @inlined
 def limited(v, w, thermal, knee, breakdown, reverse, reverse_knee):
-    """The voltage of a junction to go on from, after w, where Newton's tangent leads to v.
+    """The voltage of a junction to continue from, after w, where Newton's tangent leads to v.
 
-    Beyond the knee t, or beyond w where that is larger, it is t + n ln(1 + (v - t)/n): that of the
+    Beyond the knee t, or beyond w if that is larger, it is t + n ln(1 + (v - t)/n): that of the
     tangent's current.
     """
     t = max(w, knee)

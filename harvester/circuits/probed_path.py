@@ -1,10 +1,11 @@
 """Quantities of a compiled circuit that a user names, along a path, and the powers that its elements take.
 
-Of the equations P z' + G y + A (i(w) + q(w)') = s + b u an element k has its own part, and it takes
+For the equations P z' + G y + A (i(w) + q(w)') = s + b u an element k has its own part, and it
+takes
 
     sum over the nodes of y (G_k y + A_k i_k(w) - s_k)
 
-beside what its charges take, which is nothing on average.
+next to what its charges take, which is nothing on average.
 """
 
 from functools import partial
@@ -29,7 +30,7 @@ def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...
     """The values of probes at the samples of a path that kept its states, shape (probes, n), in mid-drift.
 
     A current is that of a resistor, or of an element whose current is an unknown: a coil or a
-    source of voltage.
+    voltage source.
 
     Raises InputError for the current or the power of another element.
     """

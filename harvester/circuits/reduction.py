@@ -11,7 +11,7 @@ complement):
     Y y + A (i(w) + q(w)/tau) = R (z, q, u, 1)         and then      (z1, V, ...) = O (y, z, u, 1)
 
 These are admittances: ports of a bridge float, so that impedances would be infinite.  Which pivots
-are taken depends on the topology, and on values only where one of them is zero.
+are taken depends on the topology, and on values only if one of them is zero.
 """
 
 import itertools
@@ -40,7 +40,8 @@ class Stage:
 class Reduction:
     """The matrices of a system, and which unknowns and equations are kept: ``columns`` and ``rows``.
 
-    ``read`` are the rows of quantities that are told at the end of a stage, beside the charges.
+    ``read`` are the rows of quantities that are reported at the end of a stage, next to the
+    charges.
     """
 
     def __init__(self, system: System, read: list[Row], tau: float) -> None:
@@ -127,7 +128,7 @@ class Reduction:
     def _eliminated(self, tau: float) -> tuple[Floats, Floats, Floats, Floats]:
         """The matrix, the columns of what is known, and the eliminated unknowns by those kept and by what is known.
 
-        Raises InputError where there is no solution.
+        Raises InputError if there is no solution.
         """
         matrix = self.matrix(tau)
         S = self.columns

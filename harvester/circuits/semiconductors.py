@@ -174,7 +174,7 @@ def model_of(part: CircuitPart, kinds: tuple[str, ...], known: Set[str]) -> Mode
 def area_of(part: CircuitPart) -> float:
     """The area of a diode or a transistor, times how many are side by side.
 
-    Raises InputError where it is not above 0.
+    Raises InputError if it is not above 0.
     """
     of_model = 1.0 if part.model is None else part.model.value("area", default=1.0)
     area = part.options.get("area", of_model) * part.multiplicity

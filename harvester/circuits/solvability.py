@@ -50,7 +50,7 @@ def check_size(parts: Iterable[CircuitPart]) -> None:
 
 
 def check_parts(parts: Iterable[CircuitPart]) -> None:
-    """Raise InputError for elements without a path to the piezo, loops of sources of voltage."""
+    """Raise InputError for elements without a path to the piezo, loops of voltage sources."""
     paths, sources = _Groups(), _Groups()
     paths.join("p", "0")
     parts = list(parts)
@@ -77,14 +77,14 @@ def check_parts(parts: Iterable[CircuitPart]) -> None:
 
 
 def sets_voltage(part: CircuitPart) -> bool:
-    """Whether an element is a source of voltage."""
+    """Whether an element is a voltage source."""
     return part.kind in _SOURCES or (part.kind == "b" and part.form == "v")
 
 
 def unserved_parts(
     parts: dict[str, CircuitPart], capacitance: float = 1e-8
 ) -> Iterator[tuple[str, str]]:
-    """Every element, and why compiled circuits do not have it; "" where they do."""
+    """Every element, and why compiled circuits do not have it; "" if they do."""
     for name, part in parts.items():
         try:
             stamp(part, System(capacitance), parts)

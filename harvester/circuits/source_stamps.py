@@ -27,7 +27,7 @@ def _constant_source(part: CircuitPart) -> float:
 
 
 def controlled_voltage(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    """Add a source of voltage that a voltage or a current controls."""
+    """Add a voltage source that a voltage or a current controls."""
     branch, voltage = system.branch(part.name), system.across(*part.nodes[:2])
     system.add(voltage, {branch: 1.0})
     system.add({branch: 1.0}, voltage)
@@ -36,7 +36,7 @@ def controlled_voltage(part: CircuitPart, system: System, parts: Mapping[str, Ci
 
 
 def controlled_current(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    """Add a source of current that a voltage or a current controls."""
+    """Add a current source that a voltage or a current controls."""
     control, gain = _control(part, system)
     system.add(system.across(*part.nodes[:2]), control, gain * part.multiplicity)
 

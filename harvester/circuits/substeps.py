@@ -1,14 +1,15 @@
-"""A circuit over one drift of the mass: implicit steps of second order, shorter where something happens.
+"""A circuit over one drift of the mass: implicit steps of second order, shorter if something happens.
 
 A step of length d is two stages of tau = g d with the same matrices, g = 1 - 1/sqrt(2) (Alexander's
 SDIRK2, L-stable):
 
     stage 1    from z0 to z1          stage 2    from z0 + (1 - g)/g (z1 - z0) to z2, the end
 
-Beside it the stages tell the difference of a first order, z2 - z0 - (z1 - z0)/g.  A step that changes a charge by too
-much of its size, closes or opens a switch, or does not converge is made again in parts: the steps are h/2^k.  The
-current of the piezo carries exactly the charge theta (x1 - x0) of each step, so that an impact within one is averaged;
-it is one of h/64 at most, as a rectifier sees the peak of the voltage at contact.
+With it the stages tell the difference of a first order, z2 - z0 - (z1 - z0)/g.  A step that changes
+a charge by too much of its size, closes or opens a switch, or does not converge is made again in
+parts: the steps are h/2^k.  The current of the piezo carries exactly the charge theta (x1 - x0) of
+each step, so that an impact within one is averaged; it is one of h/64 at most, as a rectifier sees
+the peak of the voltage at contact.
 
 Source: Alexander, SIAM J. Numer. Anal. 14, 1006, 1977.
 """
@@ -140,7 +141,7 @@ def switch(thresholds, voltages, switches):
 
 @inlined
 def error_of(c, volts, s, first, second, sizes):
-    """The error of a step over the largest that it may have, from its charges before, between and after."""
+    """The time-step error over the largest that it may have, from its charges before, between and after."""
     error = 0.0
     for k in range(c.nz):
         off = abs(second[k] - s[k] - (first[k] - s[k]) / GAMMA) * volts[k]
@@ -154,8 +155,8 @@ def error_of(c, volts, s, first, second, sizes):
 def step(c, level, s, u, y, switches, sizes, room, volts, thresholds):
     """Try a step of two stages from the charges s: its error, and the load's voltage after the first stage.
 
-    The charges at its end are in the second row of ``room``, what is told in the fourth.  The third number is below 0
-    where a stage does not converge: what the solver returned.
+    The charges at its end are in the second row of ``room``, what is reported in the fourth.  The
+    third number is below 0 if a stage does not converge: what the solver returned.
     """
     middle = room[0]
     end = room[1]
@@ -189,8 +190,8 @@ def copy(to, array):
 def logged(c, seconds, state, whole):
     """Add a step of a whole drift to a log: the number of its rows, the room for them, and rows of seconds and a state.
 
-    Of the state reached that are the charges, the unknowns that functions read, and the switches as
-    they were before.
+    For the state reached that are the charges, the unknowns that functions read, and the switches
+    as they were before.
     """
     if c.log_at == 0 or whole == 0:
         return
@@ -205,10 +206,10 @@ def logged(c, seconds, state, whole):
 
 @c_function(FOLLOW, later=True)
 def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
-    """Advance a circuit by a drift: all of a step h, or the first half of one where ``whole`` is 0.
+    """Advance a circuit by a drift: all of a step h, or the first half of one if ``whole`` is 0.
 
     A state is its charges, the unknowns that functions read, the switches, the sizes of the linear
-    charges (V) with the level, what is told (the voltages of piezo, store and load, and the
+    charges (V) with the level, what is reported (the voltages of piezo, store and load, and the
     switches' controls), what this drift did: the integral of the load's squared voltage (V^2 s),
     the steps, and those of them that failed; and what the solver returned for the last one that
     failed, of any drift.

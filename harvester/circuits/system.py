@@ -2,10 +2,10 @@
 
     P z' + G y + A i(w) + A q(w)' = s + b u        z = Z y,  w = W y
 
-y are the voltages of the nodes, and the currents of the elements that need one (sources of voltage,
+y are the voltages of the nodes, and the currents of the elements that need one (voltage sources,
 coils); z the charges of capacitors and the fluxes of coils; i the currents of diodes, switches and
 B sources and q the charges of junctions, which depend on the voltages and currents w; s what
-sources of constant value give.  u = theta x' is the current of the piezo, which stands beside its
+sources of constant value give.  u = theta x' is the current of the piezo, which is next to its
 capacitance Cp between the node ``p`` and ground.
 
 Source: Ho, Ruehli, Brennan, IEEE Trans. Circuits Syst. 22, 504, 1975.
@@ -124,7 +124,7 @@ class System:
     def add_charge(
         self, name: str, column: Row, row: Row, volts: float, start: float = 0.0
     ) -> None:
-        """Add a charge, or a flux, of which 1 is ``volts`` where its error is judged."""
+        """Add a charge, or a flux, of which 1 is ``volts`` if its error is judged."""
         self.charges.append((name, column, row, volts))
         self.starts.append(start)
 

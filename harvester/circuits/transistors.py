@@ -120,7 +120,7 @@ class Layer:
 
 
 def behind(system: System, node: str, inner: str, resistance: float) -> str:
-    """The node ``inner`` behind a series resistance (ohm) from a node, which is the node itself where that is 0."""
+    """The node ``inner`` behind a series resistance (ohm) from a node, which is the node itself if that is 0."""
     if not resistance > 0.0:
         return node
     row = system.across(node, inner)
@@ -335,7 +335,7 @@ def _add_channel(
 
 
 def _add_capacitor(system: System, name: str, row: Row, capacitance: float) -> None:
-    """Add a capacitance (F) across a row of voltages, where there is one."""
+    """Add a capacitance (F) across a row of voltages, if there is one."""
     if row and capacitance > 0.0:
         system.add_charge(
             name, row, {k: v * capacitance for k, v in row.items()}, 1.0 / capacitance

@@ -1,7 +1,7 @@
 """What the shell offers after the tab key: scene files, engines, keys of a scene.
 
 Each function has the form that click asks for: context, parameter and the word so far, to the words
-that go on from it.
+that continue from it.
 """
 
 import click
@@ -34,13 +34,13 @@ def scene_keys(context: click.Context, parameter: click.Parameter, incomplete: s
 
 def example_names(context: click.Context, parameter: click.Parameter, incomplete: str) -> Items:
     """The example scenes by name."""
-    from harvester.commands.example_files import example_scenes
+    from harvester.scene.example_scenes import example_scenes
 
     return _starting(incomplete, dict.fromkeys(example_scenes(), ""))
 
 
 def _starting(incomplete: str, words: dict[str, str]) -> Items:
-    """The words that go on from ``incomplete``, with a help for the shells that show one."""
+    """The words that continue from ``incomplete``, with a help for the shells that show one."""
     return [
         CompletionItem(word, help=text)
         for word, text in words.items()

@@ -80,12 +80,12 @@ def examine_netlist(file: str) -> Iterator[str]:
     from harvester.circuits.solvability import check_parts, check_size, unserved_parts
     from harvester.netlists.load_circuit import load_circuit
     from harvester.netlists.part import by_name
-    from harvester.scene.load import Load
+    from harvester.scene.load import Load, is_path
     from harvester.scene.toml import load as load_scene
 
     load = (
         Load(netlist=file if "/" in file else f"./{file}")
-        if file.endswith(".cir")
+        if is_path(file) and not file.endswith(".toml")
         else load_scene(file).load
     )
     if load is None or load.netlist is None:

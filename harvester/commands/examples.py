@@ -9,10 +9,10 @@ import click
 import cloup
 
 from harvester.commands.completion import example_names
-from harvester.commands.example_files import example_scenes
 from harvester.commands.help import command
 from harvester.commands.options import json_option
 from harvester.errors import InputError, shown, unknown
+from harvester.scene.example_scenes import example_scenes
 
 
 @command(
@@ -86,7 +86,7 @@ def copy(scene: Path, to: Path) -> list[Path]:
 
 
 def read_by(path: Path) -> Iterator[Path]:
-    """The files beside a scene that it reads: records, and a netlist with all that it includes."""
+    """The files next to a scene that it reads: records, and a netlist with all that it includes."""
     from harvester.netlists.read_lines import read_lines
     from harvester.scene.load import is_path
     from harvester.scene.physical import FILES

@@ -19,7 +19,7 @@ PATIENCE = 1.0  # seconds that a person waits without asking what happens
 
 @contextlib.contextmanager
 def formula_meanwhile(scene: "Scene", engine: "Engine") -> Iterator[None]:
-    """Show on a terminal what a formula says of a scene, where the engine takes more than `PATIENCE`."""
+    """Show on a terminal what a formula says of a scene, if the engine takes more than `PATIENCE`."""
     if engine.is_formula or not sys.stderr.isatty():
         yield
         return
@@ -41,7 +41,7 @@ def _show(scene: "Scene") -> None:
 
 
 def formula_line(scene: "Scene") -> str:
-    """The mean power by the first formula that supports the scene and knows its own error; "" where none does."""
+    """The mean power by the first formula that supports the scene and knows its own error; "" if none does."""
     from harvester.engines.selection import ENGINES
     from harvester.equations.problem import Problem
 

@@ -7,6 +7,18 @@ import click
 import cloup
 
 WIDTH = 110
+NARROWEST = 20  # columns: help for a narrower terminal is that wide
+
+
+class Formatter(cloup.HelpFormatter):
+    """The lay-out of help, also for a terminal of one column, at which click cannot wrap."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.width = max(self.width, NARROWEST)
+
+
+cloup.Context.formatter_class = Formatter  # of groups and commands alike
 SETTINGS = cloup.Context.settings(
     help_option_names=["-h", "--help"],
     max_content_width=WIDTH,
@@ -30,7 +42,7 @@ class Command(cloup.Command):
         return super().get_short_help_str(WIDTH)
 
     def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the help, with the names of all engines where an option's says {engines}."""
+        """Write the help, with the names of all engines if an option's says {engines}."""
         from harvester.engines.selection import ENGINES
 
         for option in self.params:

@@ -17,7 +17,7 @@ _WARNING = re.compile(r"^(\s*)(warning)(?=[:,])", re.MULTILINE)
 
 
 def coloured() -> bool | None:
-    """What click calls ``color``: False where NO_COLOR is set to something, else None, which asks the terminal."""
+    """What click calls ``color``: False if NO_COLOR is set to something, else None, which asks the terminal."""
     return False if os.environ.get("NO_COLOR") else None
 
 

@@ -160,7 +160,7 @@ def _on_geometry(beam: Any, made: Any, problem: "Problem") -> "list[Diagnostic]"
 
 
 def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> list[str]:
-    """The remarks in sentences, and how the best load is found if they do not say it."""
+    """The remarks in sentences, and how the best load is found if they do not state it."""
     words = [
         typed(f"warning: {remark}" if remark.severity == "warning" else remark.line)
         for remark in remarks
@@ -172,7 +172,7 @@ def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> li
 
 
 def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str]:
-    """What to type next, given what is known of the scene: what is missing first."""
+    """What to type next, given the known part of the scene: what is missing first."""
     from harvester.devices.best_load import NEAR, load_range
 
     load = problem.scene.load
@@ -235,7 +235,9 @@ def _plain(ohm: float) -> str:
 
 def _netlist(name: str, scene: Path) -> str:
     """The netlist as the scene file names it: a path from where the program runs becomes one from the file."""
-    if "/" not in name and not name.endswith(".cir"):
+    from harvester.scene.load import is_path
+
+    if not is_path(name):
         return name
     path = os.path.relpath(name, scene.parent)
     return path if "/" in path else f"./{path}"

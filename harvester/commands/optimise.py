@@ -75,7 +75,7 @@ def optimise(
 ) -> None:
     """Find the largest mean power over one or several scene keys, with intervals.
 
-    --within (default 1%) is the error of the power at the optimum, --budget (default 60s) the time
+    --within (default 1%) is the power error at the optimum, --budget (default 60s) the time
     for the search; if circuits are compared, for each of them.
     """
     from harvester.commands.progress import Bar

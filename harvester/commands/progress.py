@@ -1,7 +1,7 @@
 """Progress on a terminal, with the time that is left; in a pipe nothing but one line of a study that will take long.
 
-The clock of a bar goes on between two reports.  The time left is that of the last report less what
-has passed since; where the next report is overdue, so is the rest, and the time left grows again:
+The clock of a bar continues between two reports.  The time left is that of the last report less
+what has passed since; if the next report is overdue, so is the rest, and the time left grows again:
 it is never 0 before the end.
 """
 
@@ -25,10 +25,11 @@ MOST = 0.99  # of a bar that goes by the clock
 class Bar(tqdm):  # type: ignore[misc]
     """A progress bar that shows the fraction done, the time left and what is at work: a `Progress` of studies.
 
-    ``known`` is False where nobody knows how much there is to do.  ``budget`` says that the fraction is that of so many
-    seconds, which ``at_most`` need not be spent.  ``shorter`` names what shortens the work, such as "--budget": with
-    it, work that will take more than half a minute reports it in a line on stderr, as soon as that was measured: over
-    the fraction ``enough`` of it, which is small where all parts of the work are alike.
+    ``known`` is False if nobody knows how much there is to do.  ``budget`` states that the fraction
+    is that of so many seconds, which ``at_most`` need not be spent.  ``shorter`` names what
+    shortens the work, such as "--budget": with it, work that will take more than half a minute
+    reports it in a line on stderr, as soon as that was measured: over the fraction ``enough`` of
+    it, which is small if all parts of the work are alike.
     """
 
     def __init__(

@@ -46,7 +46,7 @@ def _any_known(texts: dict[str, str], group: str) -> bool:
 
 
 def _ask_field(texts: dict[str, str], name: str, empty: str | None) -> bool:
-    """Ask for one field until the answer is a value or, where ``empty`` allows it, empty; whether it is a value."""
+    """Ask for one field until the answer is a value or, if ``empty`` allows it, empty; whether it is a value."""
 
     def checked(text: str) -> str:
         try:

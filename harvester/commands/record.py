@@ -1,8 +1,10 @@
 """The command `harvester record`."""
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import click
 import cloup
@@ -37,7 +39,7 @@ def _seconds(text: str) -> float:
 @command(
     "harvester record logger.csv --axis z --out clean.csv --report",
     "harvester record logger.csv --axis 'Acc Z (g)' --from 30 --to 2min --longest --out clean.csv",
-    "harvester record one_column.csv --rate 1kHz --out clean.csv",
+    "harvester record one_column.csv --rate 1kHz --unit mg --out clean.csv",
     "harvester record clean.csv --mass 10g --stroke 2mm",
 )
 @cloup.argument("file", help="A CSV file of a logger, with a unit behind the name of each axis.")
@@ -45,6 +47,9 @@ def _seconds(text: str) -> float:
     "Selection",
     cloup.option(
         "--axis", help="x, y or z, or the whole name of a column.  Default: the only one."
+    ),
+    cloup.option(
+        "--where", metavar="COLUMN=WORD", help="Select the rows of one sensor, such as sensor=A."
     ),
     cloup.option(
         "--from", "begin", type=_seconds, metavar="S", help="Start, in s from the first row."
@@ -56,10 +61,30 @@ def _seconds(text: str) -> float:
         help="Select the longest part without a gap that is too long to fill.",
     ),
     cloup.option(
+        "--join", is_flag=True, help="Join the parts between gaps that are too long to fill."
+    ),
+    cloup.option(
+        "--recording", type=int, metavar="N", help="Select the N-th recording of a file of several."
+    ),
+)
+@cloup.option_group(
+    "Facts that the file does not state",
+    cloup.option(
+        "--unit",
+        metavar="UNIT",
+        help="Unit of the axis: g, mg, m/s^2, or the size of one count or volt: '0.488 mg'.",
+    ),
+    cloup.option(
+        "--time-unit",
+        metavar="UNIT",
+        help="Unit of the times: s, ms, us, ns or day.  Default: the only possible one.",
+    ),
+    cloup.option(
         "--rate",
         type=_sized("`rate`", "FREQUENCY"),
         metavar="HZ",
-        help="Without a time column: the sampling rate.  With one: resample to this rate (anti-aliased).",
+        help="Without a time column: the sampling rate.  With one: resample to this rate "
+        "(anti-aliased).",
     ),
 )
 @cloup.option_group(
@@ -87,20 +112,17 @@ def _seconds(text: str) -> float:
 )
 def record(
     file: str,
-    axis: str | None,
-    begin: float | None,
-    end: float | None,
-    longest: bool,
-    rate: float | None,
     mass: float | None,
     stroke: float | None,
     out: str | None,
     report: str | None,
     as_json: bool,
+    **options: Any,
 ) -> None:
     """Clean a logger recording; report gaps, drift, clipping, power spectral density and rms per octave."""
     from harvester.machine import files
     from harvester.records.cleaning import Part, clean
+    from harvester.records.record_facts import RecordFacts
     from harvester.studies.record import record_spectra
 
     path = None if out is None else Path(out)
@@ -114,7 +136,8 @@ def record(
             )
     page = report_file(report, None if path is None else str(path.parent))
     with naming(file):
-        answer = record_spectra(clean(file, axis, rate, Part(begin, end, longest)), mass, stroke)
+        part = Part(**{field.name: options.pop(field.name) for field in fields(Part)})
+        answer = record_spectra(clean(file, RecordFacts(**options), part), mass, stroke)
     text = "" if path is None else answer.text()
     title = f"{Path(file).name}, axis {answer.record.axis}"
     echo_answer(answer, as_json)

@@ -56,7 +56,7 @@ def save_report(
 ) -> None:
     """Write the page that ``page`` makes with `harvester.report`, if one is wanted, and say where unless ``quiet``.
 
-    ``scene`` is the name of the scene's file, the title where the scene has none.
+    ``scene`` is the name of the scene's file, the title if the scene has none.
     """
     if file is None:
         return

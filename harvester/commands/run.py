@@ -7,6 +7,7 @@ import cloup
 
 from harvester.commands.formula_meanwhile import formula_meanwhile
 from harvester.commands.options import engine_option, json_option, probe_option, sampling
+from harvester.commands.priors import check_alone, prediction_of, prior_options
 from harvester.commands.reports import report_option
 from harvester.commands.study import Output, study_command
 from harvester.errors import SimulationError
@@ -20,8 +21,8 @@ SHARE, SHORT = 0.3, 5.0
     "harvester run mine.toml",
     "harvester run mine.toml --within 1%",
     "harvester run mine.toml --engine spice --within 1% --budget 30s --json",
-    "harvester run mine.toml --lifetime '5 years'",
-    "harvester run mine.toml --sensitivity",
+    "harvester run mine.toml --lifetime '5 years' --sensitivity",
+    "harvester run mine.toml --predict --prior film --known damping=measured",
     "harvester run bridge.toml --probe store --probe 'i(d1)' --ledger",
 )
 @cloup.option_group(
@@ -55,6 +56,16 @@ SHARE, SHORT = 0.3, 5.0
         "(engine compiled).",
     ),
 )
+@cloup.option_group(
+    "Real device",
+    cloup.option(
+        "--predict",
+        is_flag=True,
+        help="Also report the power of a real device with its 95 % interval, by the priors of "
+        "its class, and the measurement that narrows it most.  The error of the computation is reported separately.",
+    ),
+    *prior_options("With --predict, the class of the device (default: bulk)"),
+)
 @sampling
 @cloup.option_group("Output", report_option, json_option)
 def run(
@@ -63,6 +74,9 @@ def run(
     probe: tuple[str, ...],
     lifetime: str | None,
     sensitivity: bool,
+    predict: bool,
+    prior: str | None,
+    known: tuple[str, ...],
     **options: Any,
 ) -> None:
     """Mean power and mean square voltage of one SCENE by one engine."""
@@ -70,6 +84,7 @@ def run(
     from harvester.engines import selection
 
     scene = output.scene
+    check_alone(predict, prior, known)
     options["probe"], budget = probe or None, options["budget"]
     if sensitivity and budget is not None:
         options["budget"] = max(SHARE * budget, min(budget, SHORT))
@@ -102,5 +117,12 @@ def run(
                 raise
             missing = warning("no_sensitivity", left=left, why=str(error))
             answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, missing))
-    about = options["seed"], beside.get("extremes"), beside.get("sensitivity")
+    if predict:
+        beside["prediction"] = prediction_of(
+            scene, answer.mean_power, options["seed"], prior, known
+        )
+    about = (
+        options["seed"],
+        *(beside.get(name) for name in ("extremes", "sensitivity", "prediction")),
+    )
     output.show(answer, (), lambda report: report.of_run(scene, answer, *about), beside=beside)

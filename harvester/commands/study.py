@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 class Output:
     """Where the answer about a scene goes: the terminal, the folder ``out``, and the ``page`` of a report.
 
-    ``path`` is the scene's file, and ``formats`` are forms of the figures beside .png.
+    ``path`` is the scene's file, and ``formats`` are forms of the figures in addition to .png.
     """
 
     scene: "Scene"
@@ -61,7 +61,7 @@ class Output:
     ) -> None:
         """Print an answer and the ``written`` files of the folder, a figure in all its forms, and save its page.
 
-        ``beside`` are answers that stand below it, in JSON by their names; ``text`` is printed in
+        ``beside`` are answers that are below it, in JSON by their names; ``text`` is printed in
         place of its own. ``page`` makes the page with `harvester.report`.
         """
         from harvester.presentation.plain import plain

@@ -11,6 +11,7 @@ from harvester.commands.options import (
     seed_option,
     who_computes,
 )
+from harvester.commands.priors import prior_options, spreads_by_priors
 from harvester.commands.study import Output, output_options, study_command
 from harvester.errors import InputError
 
@@ -31,9 +32,11 @@ if TYPE_CHECKING:
         "varied",
         metavar="KEY=SPREAD",
         help_="Spread of a key; repeatable.  10% or LOW:HIGH: uniform; E24:5%: the nearest value of the series; "
-        "normal:2% or normal:MEAN:SD; triangular:10% or triangular:LOW:MODE:HIGH; A,B,C: measured values.  "
+        "normal:2% or normal:MEAN:SD; lognormal:0.3; triangular:10% or triangular:LOW:MODE:HIGH; "
+        "A,B,C: measured values.  "
         "Default: the intervals that identify wrote into SCENE.",
     ),
+    *prior_options("Also the spreads of a real device of this class"),
     cloup.option(
         "--limit",
         "limits",
@@ -99,6 +102,8 @@ def tolerance(
     workers: int | None,
     scheduler: str | None,
     resume: bool,
+    prior: str | None,
+    known: tuple[str, ...],
     **options: Any,
 ) -> None:
     """Scatter of power and voltage over manufactured devices: quantiles, yield, and the influence of each part."""
@@ -106,15 +111,15 @@ def tolerance(
     from harvester.studies.sweep.cluster import client_of
     from harvester.studies.tolerance.tolerance import tolerance as study
 
-    scene = output.scene
-    stated = None if varied else _stated(output.path, scene)
+    scene, spreads = spreads_by_priors(output.scene, varied, prior, known)
+    stated = None if spreads else _stated(output.path, scene)
     if stated is not None and not options["correlate"]:
         options["correlate"] = stated.correlate
     shorter = "fewer --runs, fewer --checks or a larger --within"
     with Bar("tolerance", shorter=shorter, enough=0.02) as bar, client_of(scheduler) as executor:
         execution = output.execution(bar, workers=workers, executor=executor, resume=resume)
         answer = study(
-            scene, vary=varied if stated is None else stated.vary, execution=execution, **options
+            scene, vary=spreads if stated is None else stated.vary, execution=execution, **options
         )
     output.show(
         answer,
@@ -125,7 +130,7 @@ def tolerance(
 
 
 def _stated(path: str, scene: "Scene") -> "ScenesSpreads":
-    """The spreads that the comments of a scene file state; InputError if there is none."""
+    """The spreads that the comments of a scene file state; InputError if absent."""
     from harvester.identification.stated_spreads import spreads_of
     from harvester.machine import files
     from harvester.scene.toml import MOST_BYTES

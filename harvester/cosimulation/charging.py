@@ -23,7 +23,7 @@ COARSER = 10.0  # tolerance of ngspice beside twice the step
 class ChargeRun:
     """What one run from empty says: all times in second, voltages in volt (or the probe's unit).
 
-    ``passages``, shape (levels,), are when each level is first reached, infinite where it never is;
+    ``passages``, shape (levels,), are when each level is first reached, infinite if it never is;
     ``curve`` the voltage at the times asked for; ``steps`` those of ngspice; ``smoothing`` the
     capacitance of Csmooth (F).
     """
@@ -35,7 +35,7 @@ class ChargeRun:
 
 
 def first_passages(t: Floats, u: Floats, levels: Floats) -> Floats:
-    """When a path u(t), shape (n,), first reaches each of ``levels`` from below; infinite where it never does.
+    """When a path u(t), shape (n,), first reaches each of ``levels`` from below; infinite if it never does.
 
     Between its points the path is a straight line.
     """

@@ -74,6 +74,8 @@ class Cosimulation(TableResult):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> sorted(hv.Cosimulation.DERIVED)
     ['duration', 'number_of_events', 'ranges']
@@ -175,7 +177,7 @@ def cosimulate(
     ----------
     model
         an object with the functions drift, kick and source (``Model`` of harvester.cosimulation
-        says what they are), and event and jump where there are events; a NamedTuple of numbers is
+        states what they are), and event and jump if there are events; a NamedTuple of numbers is
         compiled.
     circuit
         the load on the port: a name of the package's netlists such as "bridge", the path of a file,
@@ -196,7 +198,7 @@ def cosimulate(
     tolerance
         ngspice's relative tolerance of its own steps between those of the model.
     volts
-        the size of the voltages, which its absolute tolerances go by: 1e-3 where they are of some
+        the size of the voltages, which its absolute tolerances go by: 1e-3 if they are of some
         millivolts.
     compiled
         True: numba compiles the model; False: it runs in plain Python; None: compiled if it is a
@@ -211,12 +213,14 @@ def cosimulate(
     ------
     InputError
         for a model without one of its functions, or one that gives what it must not; a start that
-        is no NamedTuple of numbers; and a netlist that cannot be used.
+        is not a NamedTuple of numbers; and a netlist that cannot be used.
     SimulationError
-        where ngspice does not come to the end.
+        if ngspice does not come to the end.
     MissingProgramError
         without ngspice.
 
+    Examples
+    --------
     >>> from typing import NamedTuple
     >>> from harvester.cosimulation import cosimulate, Coil
     >>> class State(NamedTuple):
@@ -255,7 +259,10 @@ def cosimulate(
     job = ModelJob(
         model, start, load, port, h, steps, every, seed, (tolerance, volts), probes, whole
     )
-    run = next(map_in_workers(run_model, [(packed(job),)]))
+    try:
+        run = next(map_in_workers(run_model, [(packed(job),)]))
+    except Exception as error:  # without the worker's own traceback: a note has the model's line
+        raise error.with_traceback(None) from None
     state = {name: run.samples[:, k] for k, name in enumerate(start._fields)}
     remark = open_balance(Value(run.ledger.residual))
     ledger = {
@@ -308,7 +315,7 @@ def _check_options(
 
 
 def _check_port(port: Any) -> None:
-    """Refuse what is no port."""
+    """Refuse what is not a port."""
     if not isinstance(port, Piezo | Coil):
         raise invalid("`port`", "be a Piezo or a Coil", port)
     if isinstance(port, Piezo) and port.coupling is None:

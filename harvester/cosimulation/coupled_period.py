@@ -69,7 +69,7 @@ TRIED = 32
 class _Path:
     """Runs of one device through periods of its drive, from section to section, at one ``phase``.
 
-    What is left of the way to a response must be below ``enough`` of its size.
+    The remainder of the way to a response must be below ``enough`` of its size.
     """
 
     def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:
@@ -97,7 +97,7 @@ class _Path:
     ) -> tuple[CoupledState, Drive]:
         """Go on for so many kicks, with means from the kick ``since`` on: the section there, and the finished drive.
 
-        It keeps the nodes of so many kicks ``earlier``, too.
+        It keeps the nodes of so many kicks ``earlier`` as well.
         """
         device = self.device
         s = self.device.scales
@@ -169,7 +169,7 @@ class _Path:
     def _slow_parts(self, names: list[str]) -> Floats:
         """What the circuit and the mass remember, shape (n, 2 + nodes): x, x', V, and the voltage of Csmooth last.
 
-        Of a user's own circuit also the voltages of other capacitors, and the coils' currents over
+        For a user's own circuit also the voltages of other capacitors, and the coils' currents over
         w0 Cp.
         """
         load, s = self.device.load, self.device.scales
@@ -229,7 +229,7 @@ class _Path:
     def measured(
         self, settled: Settling, names: list[str], turns: int, most: float = COMES_BACK
     ) -> PeriodicResponse | None:
-        """The means of an unbroken run from where the map has settled; None where that does not come back.
+        """The means of an unbroken run from where the map has settled; None if that does not come back.
 
         With ``most``, of the state's size, it must come that near, with all that is left of the
         way.
@@ -278,7 +278,7 @@ def periodic_response(
 ) -> PeriodicResponse | None:
     """The response from ``origin``, or from ``near``, that of a drive a little different.
 
-    None where it does not come back, even after some periods.  Raises as `run_in_this_process`.
+    None if it does not come back, even after some periods.  Raises as `run_in_this_process`.
     """
     path = _Path(device, origin.phase if near is None else near.phase, deadline, enough)
     linear = linear_growth(device.eqs) is not None and feeds_nothing(device.load)
@@ -324,7 +324,7 @@ def _to_a_quiet_phase(
 def same_response(
     device: CoupledDevice, near: Neighbour, deadline: float, enough: float = REACHED
 ) -> PeriodicResponse | None:
-    """The same response at another step or tolerance; None where it is no longer there."""
+    """The same response at another step or tolerance; None if it has gone."""
     path = _Path(device, near.phase, deadline, enough)
     path.farads = near.farads
     return _settled(path, near.section, near.turns, True, near.secants)
@@ -338,7 +338,7 @@ def _settled(
     known: Secants | None = None,
     fresh: bool = False,
 ) -> PeriodicResponse | None:
-    """The response near a section; None where there is none that comes back, and holds unless it ``surely`` does."""
+    """The response near a section; None if none comes back, and holds unless it ``surely`` does."""
     names = list(section.nodes)
     settled = path.settling(section, turns, known, STALE if fresh else ALIKE)
     if fresh and settled.reach(ROUGHLY):

@@ -26,7 +26,7 @@ def without_initial_conditions(load: LoadCircuit) -> LoadCircuit:
 
 
 def without_needless_resistances(load: LoadCircuit, reactance: float) -> LoadCircuit:
-    """The same circuit, with diodes of no series resistance where theirs is below `NEEDLESS` of a ``reactance`` (ohm).
+    """The same circuit, with diodes of no series resistance if theirs is below `NEEDLESS` of a ``reactance`` (ohm).
 
     That of 1 uohm joins two nodes, whose voltages round to some 1e-16 V: the current between them,
     known to 1e-10 A, never satisfies ngspice, whose tolerance for a diode that blocks is less than
@@ -43,7 +43,7 @@ def without_needless_resistances(load: LoadCircuit, reactance: float) -> LoadCir
 
 
 def _changed(load: LoadCircuit, change: Callable[[CircuitPart], CircuitPart]) -> LoadCircuit:
-    """The circuit of changed elements; itself where none is."""
+    """The circuit of changed elements; itself if none is."""
     parts = tuple(map(change, load.parts))
     return load if parts == load.parts else with_parts(load, parts)
 

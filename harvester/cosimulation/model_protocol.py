@@ -6,6 +6,7 @@ import numbers
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from harvester.cosimulation.model_errors import is_interrupt, of_model
 from harvester.errors import InputError, invalid, shown
 
 NEEDED = ("drift", "kick", "source")
@@ -21,14 +22,15 @@ class Mechanics(Protocol):
     drift(state, h)
         The state after a time h (s) in which positions move at given speeds: x + h v.
     kick(state, h, reaction, noise)
-        The state after forces have acted for a time h at fixed positions, the reaction of the port against them:
-        v + h (F - reaction)/m.  Of a piezo the reaction is theta V in newton, of a coil k i.  ``noise`` is a standard
-        normal number of this kick alone: white noise of the two-sided density S adds sqrt(S h) noise.
+        The state after forces have acted for a time h at fixed positions, the reaction of the port
+        against them: v + h (F - reaction)/m.  For a piezo the reaction is theta V in newton, of a
+        coil k i.  ``noise`` is a standard normal number of this kick alone: white noise of the
+        two-sided density S adds sqrt(S h) noise.
     source(state)
-        What drives the port: of a piezo the displacement (m), which times theta is the charge; of a
-        coil the velocity (m/s), which times k is the e.m.f.
+        What drives the port: of a piezo the displacement (m), which times theta is the charge; for
+        a coil the velocity (m/s), which times k is the e.m.f.
     event(state, h), jump(state)
-        Only where there are events: the time of the first one within the coming drift of length h,
+        Only if there are events: the time of the first one within the coming drift of length h,
         or None; and the state after it.
 
     An explicit time is a number of the state that a drift moves on: ``t + h``.
@@ -72,7 +74,7 @@ def can_be_compiled(model: Any) -> bool:
 def check_model(model: Any, start: Any, h: float) -> None:
     """Call each of a model's functions once, for a step of h seconds from the ``start``.
 
-    Raises InputError for a function that is missing or takes other arguments, a start that is no
+    Raises InputError for a function that is missing or takes other arguments, a start that is not a
     NamedTuple of finite numbers, and a function that gives anything else than it must.
     """
     if isinstance(model, type):
@@ -101,7 +103,7 @@ def check_model(model: Any, start: Any, h: float) -> None:
 
 
 def check_event(when: Any, h: float, at: str = "") -> None:
-    """Refuse a time of an event that is none, or outside the coming drift of length h."""
+    """Refuse a time of an invalid event, or outside the coming drift of length h."""
     if when is not None and not (
         is_number(when) and (-1e-9 * h <= when <= (1.0 + 1e-9) * h or when == math.inf)
     ):
@@ -113,7 +115,7 @@ def check_event(when: Any, h: float, at: str = "") -> None:
 
 
 def _called(model: Any, name: str, signature: str, *arguments: Any) -> Any:
-    """What a model's function gives; errors inside it are its author's, and go through."""
+    """Call a model's function; raises the errors inside it as `model_errors.of_model` does."""
     function: Callable[..., Any] = getattr(model, name)
     try:
         inspect.signature(function).bind(*arguments)
@@ -121,7 +123,12 @@ def _called(model: Any, name: str, signature: str, *arguments: Any) -> Any:
         raise invalid(
             f"`model.{name}`", f"take ({signature})", str(inspect.signature(function))
         ) from None
-    return function(*arguments)
+    try:
+        return function(*arguments)
+    except BaseException as error:
+        if is_interrupt(error):
+            raise
+        raise of_model(error) from None
 
 
 def _check_state(name: str, state: Any, start: Any) -> None:

@@ -1,14 +1,12 @@
 """Runs of ngspice in lock-step with a model of the user's own, in this process, which is a worker."""
 
 import pickle
-import re
 import sys
 import time
 from dataclasses import dataclass
 from typing import Any
 
 import cloudpickle
-import numba
 import numpy as np
 
 from harvester.arrays import Floats
@@ -16,6 +14,7 @@ from harvester.cosimulation.lockstep import any_mechanics
 from harvester.cosimulation.lockstep.any_mechanics import Functions, begin_model
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
+from harvester.cosimulation.model_errors import not_compiled, of_model, quoted, unraisable
 from harvester.cosimulation.model_protocol import check_event
 from harvester.cosimulation.ports import Coil, Port
 from harvester.cosimulation.probe_series import values_of, vectors_of
@@ -23,7 +22,6 @@ from harvester.errors import InputError
 from harvester.netlists.load_circuit import LoadCircuit
 from harvester.netlists.probes import Probe
 
-HEADING = re.compile("(Failed in|During:)")  # of numba's errors
 PATIENCE = 30.0  # seconds in which a run must get on
 NAMES = {
     any_mechanics.DRIFT: "drift",
@@ -83,21 +81,38 @@ def packed(job: ModelJob) -> bytes:
         cloudpickle.register_pickle_by_value(module)
     try:
         return bytes(cloudpickle.dumps(job))
+    except Exception as error:
+        raise InputError(
+            "`model` and `start` must be such that a process can hand them to another one, but "
+            f"{type(job.model).__name__} is not: {quoted(str(error))}"
+        ) from None
     finally:
         for module in modules:
             cloudpickle.unregister_pickle_by_value(module)
 
 
+def _unpacked(data: bytes) -> ModelJob:
+    """The job; raises InputError if what its model is made of is not found here."""
+    try:
+        job: ModelJob = pickle.loads(data)
+    except Exception as error:
+        raise InputError(
+            "`model` and `start` must be such that a process can hand them to another one, but are "
+            f"not: {type(error).__name__}: {quoted(str(error))}"
+        ) from None
+    return job
+
+
 def run_model(data: bytes) -> ModelRun:
     """Run a job that is `packed`; the same seed, the same noise.
 
-    Raises InputError where a function of the model fails during the run; and as
+    Raises InputError if a function of the model fails during the run; and as
     `harvester.cosimulation.runs.run_in_this_process`.
     """
     from harvester.cosimulation.ngspice.model_callbacks import PlainCallbacks, coefficients_of
     from harvester.cosimulation.ngspice.trial import checked_ngspice
 
-    job: ModelJob = pickle.loads(data)
+    job = _unpacked(data)
     coil = isinstance(job.port, Coil)
     piezo = job.capacitance
     noise = np.random.default_rng(np.random.SeedSequence(job.seed)).standard_normal((job.steps, 2))
@@ -119,11 +134,21 @@ def run_model(data: bytes) -> ModelRun:
         functions = callbacks.addresses
     drive.state["source_at"], drive.state["accepted_at"] = functions
     middle = time.perf_counter()
+    raised: list[BaseException] = []
+
+    def keep(error: BaseException) -> None:
+        """Keep what a compiled function raised; the rest of the run is ngspice's alone."""
+        raised.append(error)
+        checked_ngspice().state["fault"] = any_mechanics.RAISED
+
     try:
-        checked_ngspice().run_driven(_deck(job, drive), drive, PATIENCE)
+        with unraisable(keep):
+            checked_ngspice().run_driven(_deck(job, drive), drive, PATIENCE)
     finally:
         if callbacks is not None:
             callbacks.finish()
+        if raised:
+            raise of_model(raised[0]) from None
     s: Any = drive.state[0]
     _check(job, s, drive.at if callbacks is None else callbacks.at)
     times = job.h * job.stride * np.arange(len(drive.record.samples))
@@ -165,16 +190,12 @@ def _compiled(job: ModelJob) -> tuple[int, int]:
     from harvester.cosimulation.ngspice.model_callbacks import compiled
 
     try:
-        kinds: Any = type(job.model), type(job.start)
-        made = compiled(*kinds, tuple(component is None for component in job.model))
-    except numba.core.errors.NumbaError as error:
-        text = re.sub(r"\x1b\[\d*m", "", str(error))
-        lines = (line.strip() for line in text.splitlines())
-        text = next((line for line in lines if line and not HEADING.match(line)), "")
-        raise InputError(
-            f"`model` must be such that numba compiles it, but {type(job.model).__name__} is not: {text[:200]} "
-            "(`compiled`=False runs it in plain Python)"
-        ) from None
+        absent = tuple(component is None for component in job.model)
+        model: Any = type(job.model)
+        state: Any = type(job.start)
+        made = compiled(model, state, absent)
+    except Exception as error:  # of numba's, or of what numba asks of a class of the user's own
+        raise not_compiled(error, type(job.model).__name__) from None
     return made[0].address, made[1].address
 
 

@@ -39,11 +39,11 @@ class Neighbour:
 class PeriodicResponse(Neighbour, Swing):
     """A response that comes back, and what it does on average.
 
-    ``power`` (W) of Rload, ``square`` (V^2) of the terminals and ``ledger`` are means over whole periods; ``left`` is
-    the part of power and square that settling further may change; ``periods`` and ``steps`` are those of all ngspice
-    runs on the way.  ``wave``, shape (steps, 2), has x and V (nondimensional) at each kick from the section on, until
-    it comes back.  ``probed`` is as of `harvester.cosimulation.runs.TrajectoryMeans`, None where the device has no
-    probes.
+    ``power`` (W) of Rload, ``square`` (V^2) of the terminals and ``ledger`` are means over whole
+    periods; ``left`` is the part of power and square that settling further may change; ``periods``
+    and ``steps`` are those of all ngspice runs on the way.  ``wave``, shape (steps, 2), has x and V
+    (nondimensional) at each kick from the section on, until it comes back.  ``probed`` is as of
+    `harvester.cosimulation.runs.TrajectoryMeans`, None if the device has no probes.
     """
 
     power: float
@@ -69,10 +69,10 @@ class PeriodicResponse(Neighbour, Swing):
 
 
 def later_half(runs: Sequence[Known]) -> Known | None:
-    """The means over the last runs that make half of the time of all; None where nothing was covered.
+    """The means over the last runs that make half of the time of all; None if nothing was covered.
 
-    The first half is the way from rest.  A response that settles is near its end in the second; one that never does,
-    such as a chip's that goes on and off, has both in it.
+    The first half is the way from rest.  A response that settles is near its end in the second; one
+    that never does, such as a chip's that goes on and off, has both in it.
     """
     half, covered, sums = sum(seconds for *_, seconds in runs) / 2.0, 0.0, [0.0, 0.0]
     for power, square, seconds in reversed(runs):

@@ -18,7 +18,7 @@ NEAR = 0.01  # of the motion's size: a return that is seen among sections that s
 class CoupledState:
     """Where mass and circuit are in the middle of a kick: x, x', node voltages (V) and coils' currents (A) by name.
 
-    Where these are not known, there are none, and ``across`` has the voltages of the terminals and
+    If these are not known, there are none, and ``across`` has the voltages of the terminals and
     of Csmooth (V).
     """
 
@@ -49,7 +49,7 @@ class Origin:
 
 
 def comes_back_after(motion: Floats, size: float) -> int:
-    """After how many sections the last of many (x, x'), of a motion of that size, come back; 0 where they do not."""
+    """After how many sections the last of many (x, x'), of a motion of that size, come back; 0 if they do not."""
     last = motion[-MULTIPLES:]
     for turns in range(1, MULTIPLES + 1):
         if np.max(np.linalg.norm(last - motion[-MULTIPLES - turns : -turns], axis=1)) < NEAR * size:
@@ -60,7 +60,7 @@ def comes_back_after(motion: Floats, size: float) -> int:
 def quiet_kick(velocity: Floats) -> tuple[int, int]:
     """The kick of a period, from 1, that is farthest from all changes of the velocity's sign: turns and impacts.
 
-    Beside it is how many kicks the last one is from the nearest of these.
+    With it is how many kicks the last one is from the nearest of these.
     """
     size = len(velocity)
     changes = np.flatnonzero((velocity > 0.0) != (np.roll(velocity, 1) > 0.0))

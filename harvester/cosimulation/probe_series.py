@@ -21,7 +21,7 @@ def vectors_of(probes: Sequence[Probe]) -> tuple[str, ...]:
 def values_of(probe: Probe, drive: Drive | ModelDrive) -> Floats:
     """A probe's values at the accepted points of a finished run, shape (n,), in its unit.
 
-    Raises CircuitError where ngspice tells no such quantity.
+    Raises CircuitError if ngspice tells no such quantity.
     """
     for name in probe.vectors:
         if len(drive.series[name]) != len(drive.series["time"]):
@@ -35,7 +35,7 @@ def means_of_probes(probes: Sequence[Probe], drive: Drive) -> Floats:
     """Mean, mean square, least and largest of each probe after the burn-in: shape (probes, 4).
 
     Integrals over ngspice's accepted points by trapezoids, as those of the energy ledger: between
-    the same two points. Not a number where the run ended before.
+    the same two points. Not a number if the run ended before.
     """
     s = drive.state[0]
     times = drive.series.get("time", np.empty(0))

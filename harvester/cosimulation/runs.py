@@ -28,8 +28,8 @@ from harvester.mechanics.kernels.circuit_control_variates import path_controls
 from harvester.mechanics.kernels.forcing import coarse_forcing, filtered, forcing
 from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid, three_point_grid
-from harvester.mechanics.kernels.path import Path, trace
-from harvester.mechanics.modes.modal_path import started, trace_modes
+from harvester.mechanics.kernels.path import Path
+from harvester.mechanics.trace import mechanics_of, trace
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import Probe
 from harvester.scene.load import Load
@@ -47,14 +47,16 @@ if TYPE_CHECKING:
 class CoupledDevice:
     """A mass and a load circuit that the piezo couples, and how their runs are made.
 
-    ``eqs`` are the nondimensional equations, ``scales`` their SI scales, ``load`` the circuit; ``h`` is the
-    nondimensional step, ``stride`` the kicks between readings. A run that makes less than a kick a second over
-    ``patience`` seconds is given up; ``reltol`` is
-    ngspice's tolerance for a netlist; ``gaussian`` draws Gaussian noise, where the ensemble's three-point noise would
-    do. ``ideal`` is the load without ngspice, made of ideal elements or compiled; ``ngspice_rule`` says that the load
-    resistor beside ngspice follows its integration rule; ``probes`` are further quantities of the circuit;
-    ``trapezoidal`` see `harvester.cosimulation.ngspice.deck.integration_options`; ``coarse``: on noise of steps of h/2;
-    ``shunt`` is a capacitance from each node to ground, of the piezo's, without which ngspice may not converge.
+    ``eqs`` are the nondimensional equations, ``scales`` their SI scales, ``load`` the circuit;
+    ``h`` is the nondimensional step, ``stride`` the kicks between readings. A run that makes less
+    than a kick a second over ``patience`` seconds is given up; ``reltol`` is ngspice's tolerance
+    for a netlist; ``gaussian`` draws Gaussian noise, if the ensemble's three-point noise would do.
+    ``ideal`` is the load without ngspice, made of ideal elements or compiled; ``ngspice_rule``
+    states that the load resistor with ngspice follows its integration rule; ``probes`` are further
+    quantities of the circuit; ``trapezoidal`` see
+    `harvester.cosimulation.ngspice.deck.integration_options`; ``coarse``: on noise of steps of h/2;
+    ``shunt`` is a capacitance from each node to ground, of the piezo's, without which ngspice may
+    not converge.
     """
 
     eqs: Equations
@@ -134,7 +136,7 @@ def run_in_this_process(
     none of them, the drive keeps the last ones.
 
     Raises CircuitError when ngspice refuses the circuit, does not converge or comes no further;
-    OutOfTimeError where it has not ended at the ``deadline`` of `time.monotonic`;
+    OutOfTimeError if it has not ended at the ``deadline`` of `time.monotonic`;
     UnboundedResponseError when the motion left the finite numbers.
     """
     from harvester.cosimulation.ngspice.deck import build_deck
@@ -242,11 +244,8 @@ def _control(
         )
     eqs, rule = device.eqs, device.ngspice_rule
     start = (0.0, 0.0, 0.0, 0.0) if rule else start
-    if eqs.modes is None:
-        path = trace(eqs, noise, device.h, device.stride, start, shaking, device.ideal, rule)
-    else:
-        given = started(eqs, start), shaking, device.ideal, float(start[3])
-        path = trace_modes(eqs, noise, device.h, device.stride, *given)
+    begin = *mechanics_of(eqs).started(start), start[3]
+    path = trace(eqs, noise, device.h, device.stride, begin, shaking, device.ideal, rule)
     return from_path(eqs, path, burn_in, blocks, device.ideal)
 
 
@@ -297,7 +296,7 @@ def compiled_beforehand(device: CoupledDevice) -> Iterator[None]:
 
 
 def _compile_follow() -> None:
-    """Compile the steps of circuits, for the cache."""
+    """Compile the circuit steps, for the cache."""
     from harvester.circuits.substeps import follow
 
     assert follow.address
@@ -321,9 +320,9 @@ def measure_in_workers(
 ) -> Iterator[TrajectoryMeans]:
     """Run one trajectory of ``n_steps`` steps (an even number) for each seed in the workers; yields means in order.
 
-    Time averages begin at the nondimensional time ``burn_in``, over equal ``blocks``, with controls where these are
-    more than one; ``with_control`` adds the control variate.  Trajectories begin in ``starts``, one for each seed, or
-    at rest in each of the scene's resting places in turn.
+    Time averages begin at the nondimensional time ``burn_in``, over equal ``blocks``, with controls
+    if these are more than one; ``with_control`` adds the control variate.  Trajectories begin in
+    ``starts``, one for each seed, or at rest in each of the scene's resting places in turn.
 
     Raises CircuitError when ngspice refuses the circuit, does not converge, comes no further for
     ``device.patience`` seconds, or dies; OutOfTimeError for the first run that has not ended at the

@@ -35,7 +35,7 @@ def tolerance_in_workers(
 ) -> Iterator[tuple[dict[str, float], Floats]]:
     """The relative errors of E[V^2] and of the load's power that ngspice's tolerance makes, for each seed.
 
-    Beside them are those of the device's probes (`means_of_probes`), relative to the RMS or its
+    With them are those of the device's probes (`means_of_probes`), relative to the RMS or its
     square.
 
     A run is repeated with a tenth of the tolerance on the very same motion (`Drive.kicked`), so that the two differ in

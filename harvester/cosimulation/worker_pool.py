@@ -1,7 +1,7 @@
 """Worker processes that run ngspice: what fails or dies in one is an error of that job only.
 
 A process whose ngspice has failed is not trusted with another circuit: after a fatal error ngspice
-stays in pieces, after a hang it goes on calculating.  It is killed, and the next job gets a new
+stays in pieces, after a hang it continues calculating.  It is killed, and the next job gets a new
 one.
 """
 
@@ -69,8 +69,9 @@ def worker_count() -> int:
 def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> Iterator[T]:
     """Call ``function(*given)`` for each of the arguments in worker processes, and yield the results in their order.
 
-    `worker_count` of them run at a time.  The error of a job is raised where its result would be yielded.  Jobs that
-    still run when the iteration ends, by an error or because its reader stops, are killed.
+    `worker_count` of them run at a time.  The error of a job is raised where its result would be
+    yielded.  Jobs that still run when the iteration ends, by an error or because its reader stops,
+    are killed.
 
     Raises CircuitError of a job, or when its process dies.
     """
@@ -104,9 +105,9 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
 def ahead(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Iterator[Future[Any] | None]":
     """Start jobs, one after the other, in a worker process that others will use, while this one compiles; the first.
 
-    What they compile is in the cache afterwards, and what they give or raise is left aside.  None, and no job, on one
-    core, without a cache, in a process that runs ngspice itself, and beside workers that run already.  An error in the
-    block ends the process.
+    What they compile is in the cache afterwards, and what they give or raise is left aside.  None,
+    and no job, on one core, without a cache, in a process that runs ngspice itself, and next to
+    workers that run already.  An error in the block ends the process.
     """
     alone = worker_count() == 1 or _here.get() is not None or folders.cache_folder() is None
     if alone or idle_workers or workers_ahead:
@@ -148,7 +149,7 @@ def _in_this_process(
 
 
 def _new() -> loky.ProcessPoolExecutor:
-    """A new process, where ngspice finds an empty file of commands for its start, and looks for no other."""
+    """A new process, if ngspice finds an empty file of commands for its start, and looks for no other."""
     kernels = folders.cache_folder() or os.devnull  # which no folder can be in: no cache
     return processes.create(IDLE, {folders.VARIABLE: str(kernels)}, folders.bare(*BARE))
 

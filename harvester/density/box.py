@@ -48,7 +48,7 @@ def extent(
 
     The latter is ``below`` on the left, ``above`` on the right, and ``warmth`` of the velocity.
 
-    Raises SimulationError if there is none.
+    Raises SimulationError if absent.
     """
     low, high = eqs.rigid_stops
     below, above = tail * below, tail * above
@@ -104,10 +104,15 @@ def first_guess(eqs: Equations, tail: float) -> Setting:
 
 
 def settled(eqs: Equations, tail: float, pace: Pace | None = None) -> Setting:
-    """The box beyond which a marginal density is less than exp(-tail), and the frame of the voltage's regression.
+    """Find the computational domain and the voltage frame for the stationary density.
 
-    Raises SimulationError if they do not come to stand still, or where no answer would come in a
-    budget.
+    The marginal densities are less than exp(-tail) at the edge of the box. The box is resized on a
+    coarse mesh until it stops changing.
+
+    Raises
+    ------
+    SimulationError
+        The box does not converge, or the budget is too short.
     """
     setting = first_guess(eqs, tail)
     pace = pace or Pace()
@@ -179,7 +184,7 @@ def _by_element(line: Floats, degree: int) -> Floats:
 def _warmth(energy: Floats, density: Floats, otherwise: float) -> float:
     """The T of exp(-energy/T) that has the moment of degree `MOMENT` of the energy under a density.
 
-    ``otherwise`` where a density that a far too coarse mesh makes negative has no such moment.
+    ``otherwise`` if a density that a far too coarse mesh makes negative has no such moment.
     """
     for n in range(MOMENT, 0, -1):
         moment = float((energy**n * density).sum() / density.sum())

@@ -1,4 +1,4 @@
-"""The solution of all modes: from the lowest to the highest, again and again where the voltage acts on the mass."""
+"""The solution of all modes: from the lowest to the highest, again and again if the voltage acts on the mass."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -62,7 +62,7 @@ class Factors:
     def solve(self, right: Any) -> Any:
         """The solution of (form + pin) p = right.
 
-        Where many sweeps over the modes do not end, all of them are factorised at once, if memory
+        If many sweeps over the modes do not end, all of them are factorised at once, if memory
         allows it.
         """
         if not self.form.back_coupled:

@@ -53,7 +53,7 @@ class Marginals:
         return np.asarray(self._at(self.p[0], x) @ self._across(v).T)
 
     def voltage(self, voltage: Floats, terms: int | None = None) -> Floats:
-        """The density of the voltage, shape (n,); that of the displacement where no load takes any charge.
+        """The voltage density, shape (n,); that of the displacement if no load takes any charge.
 
         The modes of y say E[V^n] for n below their number, but summed at a point they need not converge.  So a series
         of Gram and Charlier with these moments is taken, of as many ``terms`` as there are modes or fewer.

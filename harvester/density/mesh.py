@@ -1,7 +1,7 @@
 """The mesh of a density in displacement x and velocity v: where its elements end, and of what degree they are.
 
 The mesh is a grid of rectangles on a box.  Breaks lie at v = 0, at the edge of a compliant stop,
-and, where impacts take energy, ever closer to the corner (stop, v = 0).  There the density is
+and, if impacts dissipate energy, ever closer to the corner (stop, v = 0).  There the density is
 singular, p ~ |v|^k on the scale x ~ v^3, because noise of intensity N spreads the velocity by
 sqrt(N t) while the mass goes v t.
 """

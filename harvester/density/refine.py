@@ -1,8 +1,9 @@
 """The stationary density with the error of its means: of the mesh, of the modes and of the box, each by a comparison.
 
-The number of modes and the box are chosen first, on a coarse mesh, where both cost little: K modes are compared with
-K - 2, and the box with one that is a fifth larger.  Then the mesh is refined, and compared with the one before.  So
-each part is the error of a coarser solution than the one that is answered.
+The number of modes and the box are chosen first, on a coarse mesh, if both cost little: K modes are
+compared with K - 2, and the box with one that is a fifth larger.  Then the mesh is refined, and
+compared with the one before.  So each part is the error of a coarser solution than the one that is
+answered.
 """
 
 import math
@@ -118,7 +119,7 @@ def solution(
 def probed(eqs: Equations, within: float, resolution: int, pace: Pace) -> Probed:
     """The smallest box and the fewest modes that leave a quarter of the error each, as a coarse mesh tells.
 
-    ``resolution`` is the coarse mesh's index of `RESOLUTIONS`; where a larger box brings nothing, a
+    ``resolution`` is the coarse mesh's index of `RESOLUTIONS`; if a larger box brings nothing, a
     finer one is taken. The error of a box is computed once, not again with more modes.
     """
     # so few are exact where the voltage does not act on the mass
@@ -192,14 +193,14 @@ def _coloured(eqs: Equations, probe: Probed, within: float, pace: Pace) -> Answe
 
 
 def _with_fewer(eqs: Equations, setting: Setting, base: Solution, few: int) -> Solution:
-    """The solution with two modes fewer; the same where ``few`` modes are exact."""
+    """The solution with two modes fewer; the same if ``few`` modes are exact."""
     return base if few else solution(eqs, setting, base.form.mesh, base.form.modes - 2)
 
 
 def _still_valid(
     base: Solution, more: int, off: Floats, room: float
 ) -> tuple[Solution | None, Floats | None]:
-    """What a round leaves to the next: the solution with two modes fewer, and the box's error, where the box stays."""
+    """What a round leaves to the next: the solution with two modes fewer, and the box's error, if the box stays."""
     if off[0] > room:
         return None, None
     return (base if more == base.form.modes + 2 else None), off
@@ -218,7 +219,7 @@ def refined(
     No further mesh begins that would not end within ``budget`` seconds.  Noise of the stiffness leaves amplitudes A as
     likely as A^-(1 + tail), of which a box that is a fifth wider misses less by 1.2^-(tail - 2): so much is added.
 
-    Raises SimulationError if the equations are not solved, and soon where no answer would come in
+    Raises SimulationError if the equations are not solved, and soon if no answer would come in
     the budget.
     """
     pace, report = Pace(budget), progress or (lambda _: None)

@@ -7,7 +7,7 @@ Hops: the density p = p_s + c exp(-lambda t) p_1 of two wells has one decay that
 all others.  With the shares P of the time in them the mass leaves them at the rates k_1 = lambda
 P_2 and k_2 = lambda P_1.
 
-First passage: where what leaves at a level is lost, the mass decays as exp(-lambda t), and 1/lambda
+First passage: if what leaves at a level is lost, the mass decays as exp(-lambda t), and 1/lambda
 is the mean time of the first passage, but for the time in which the motion forgets where it began.
 
 Spectrum: with the density u of (A - i w M) u = -M (g p_s) that of a quantity g without a mean is,
@@ -40,8 +40,8 @@ STILL = 1e-7
 def slowest_decay(solution: Solution) -> tuple[float, Any]:
     """The smallest rate lambda > 0 at which a density comes to rest, and that density, whose mass is 0.
 
-    By inverse iteration from the sign of x - E[x].  Raises SimulationError if that does not end: the slowest is no
-    single, real rate.
+    By inverse iteration from the sign of x - E[x].  Raises SimulationError if that does not end:
+    the slowest is not a single, real rate.
     """
     form = solution.form
     factors = solution.factors
@@ -66,8 +66,9 @@ def slowest_decay(solution: Solution) -> tuple[float, Any]:
 def first_passage(form: WeakForm, x: float) -> float:
     """The rate at which mass is lost of a form that loses some, once the motion has forgotten where it began.
 
-    A u = -M q is solved by inverse iteration.  A is all but singular where passages are rare, A + c c^T with the
-    integrals c of the element around ``x`` is not.  With its solutions s of c and t of -M q, and the losses F of both,
+    A u = -M q is solved by inverse iteration.  A is all but singular if passages are rare, A + c
+    c^T with the integrals c of the element around ``x`` is not.  With its solutions s of c and t of
+    -M q, and the losses F of both,
 
         u = t + s (1 - F(t))/F(s).
     """
@@ -92,7 +93,7 @@ def first_passage(form: WeakForm, x: float) -> float:
 
 @one_blas_thread
 def voltage_spectrum(solution: Solution, frequencies: Sequence[float] | Floats) -> Floats:
-    """The two-sided density of the voltage over the angular frequency, shape (n,)."""
+    """The two-sided voltage density over the angular frequency, shape (n,)."""
     form, p = solution.form, solution.p
     weights = voltage_weights(form)
     right = -(times_voltage(form, p) - float(np.vdot(weights, p)) * form.mass(p)).astype(complex)

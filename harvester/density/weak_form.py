@@ -4,7 +4,7 @@ With y = x - V the equations of motion are
 
     x' = v,   v' = F(x, y) - c(x) v + noise of intensity N(x),   y' = mu (x - y)
 
-so that y neither jumps at an impact nor feels the noise.  A density p is stationary where for every
+so that y neither jumps at an impact nor feels the noise.  A density p is stationary if for every
 test function g
 
     int p [v g_x + (F - c v) g_v + mu (x - y) g_y] - N p_v g_v + impacts = 0

@@ -19,7 +19,7 @@ A_LINE = 4  # points
 
 
 def base_source(problem: Problem, name: str, duration: float, seed: int) -> Iterator[str]:
-    """The lines of the subcircuit ``name``_base, a source of the scene's shaking; none where nothing shakes the base.
+    """The lines of the subcircuit ``name``_base, a source of the scene's shaking; none if nothing shakes the base.
 
     A harmonic drive is SIN, a record PWL (once, from its beginning), white noise TRNOISE, which ngspice and KiCad know:
     a new value every T/`POINTS` of root mean square sqrt(G/(2 dt)), so that the one-sided density at low frequencies is

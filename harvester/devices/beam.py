@@ -4,7 +4,7 @@
     1 = m int phi^2 dx + Mt phi(L)^2 + It phi'(L)^2,   sigma = m int phi dx + Mt phi(L)
     mass = sigma^2    stiffness = w^2 sigma^2    coupling = vartheta phi'(L) sigma    tip = phi(L) sigma X
 
-Of the mode j > 1, turned so that phi_j(L) >= 0 and with the mass of the first, all being of
+For the mode j > 1, turned so that phi_j(L) >= 0 and with the mass of the first, all being of
 phi_1(L) >= 0:
 
     base = sigma_j/sigma_1    coupling = vartheta phi_j'(L) sigma_1    at_stop = phi_j(L)/phi_1(L)
@@ -189,7 +189,7 @@ def _bendings(beam: Beam, m: float, bending: float, count: int) -> list[Bending]
 
 
 def remarks_on(beam: Beam, lumped_mode: Lumped, has_lifetime: bool) -> list[Diagnostic]:
-    """What was made of the geometry, from which constants, and what was taken for granted.
+    """What was made of the geometry, from which constants, and what was treated as granted.
 
     ``has_lifetime`` states whether `harvester run --lifetime` supports the scene.
     """

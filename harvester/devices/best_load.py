@@ -49,7 +49,7 @@ def load_range(problem: Problem) -> tuple[float, float]:
 def best_load(problem: Problem) -> BestLoad:
     """Search `DECADES` to either side of the best load of the linear device.
 
-    Raises HarvesterError where the engine answers at no load, its first error.
+    Raises HarvesterError if the engine answers at no load, its first error.
     """
     step = math.log(10.0) / EACH
     scene = problem.scene

@@ -13,7 +13,7 @@ class Field:
     """One value of a datasheet.
 
     ``name`` is its argument, ``key`` the scene key of its kind (empty: there is none), ``group``
-    where a command's help shows it, ``question`` what is asked for on a terminal, and ``more`` what
+    if a command's help shows it, ``question`` what is asked for on a terminal, and ``more`` what
     the help adds to that.
     """
 

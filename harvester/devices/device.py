@@ -63,7 +63,7 @@ Tables: TypeAlias = dict[str, list[Entry]]
 def read(name: str, text: str) -> float:
     """The value of a field in SI units, read as the command line reads scene keys.
 
-    Raises InputError with the field's name, for a text that is no such value.
+    Raises InputError with the field's name, for a text that is not such a value.
     """
     return reading(f"`{name}`", partial(with_prefix, kind=_kind(name)), text)
 
@@ -84,7 +84,7 @@ def missing(known: Mapping[str, object]) -> list[tuple[str, ...]]:
 def check(known: Mapping[str, object], netlist: str | None, parameters: Mapping[str, str]) -> None:
     """Refuse fields that do not go together.
 
-    Raises InputError which names what must be left out, or what must be given too.
+    Raises InputError which names what must be left out, or what must be given as well.
     """
     if all(name in known for name in ("mass", "stiffness", "frequency")):
         raise InputError(
@@ -146,7 +146,7 @@ def scene_tables(
 
 
 def _copy(texts: Mapping[str, str], values: Mapping[str, float | str], tables: Tables) -> None:
-    """Put what stands in the scene as it stands in the datasheet into its tables."""
+    """Put the values that scene and datasheet share into its tables."""
     for name, (table, key, comment) in _COPIED.items():
         if name in texts:
             value = (
@@ -262,7 +262,7 @@ def _as_written(name: str, text: str) -> float | str:
 
 
 def _parameter(name: str, text: str) -> float | str:
-    """A parameter of the netlist: a number where the text is one, else the text."""
+    """A parameter of the netlist: a number if the text is one, else the text."""
     number = reading(f"`parameter` {name}", any_quantity, text)
     try:
         plain = float(text)

@@ -55,7 +55,7 @@ def export(
     ``name`` is that of the subcircuit; None: that of the file.  ``duration`` (s) and ``seed`` are those of noise that
     is written point by point (coloured, of a band, tabulated); None: 1000 periods.
 
-    Raises InputError for a nondimensional scene, which is not a device, a name that is none, and a
+    Raises InputError for a nondimensional scene, which is not a device, an invalid name, and a
     file that cannot be written; CannotServeError for noise on the stiffness.
     """
     problem = Problem.of(scene)
@@ -235,7 +235,7 @@ def _device(problem: Problem, name: str) -> Iterator[str]:
 
 
 def _stops(problem: Problem) -> Iterator[_Contact]:
-    """The stops of a scene; of a rigid one those that give its restitution coefficient r.
+    """The stops of a scene; for a rigid one those that give its restitution coefficient r.
 
     A linear contact that ends where it began keeps exp(-pi z/sqrt(1 - z^2)) of the speed, z its
     damping ratio.

@@ -14,7 +14,7 @@ from harvester.errors import HarvesterError
 from harvester.presentation.columns import columns
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.quantities.kinds import RESISTANCE
-from harvester.scene.plausibility import unusual, unusual_values
+from harvester.scene.plausibility import unusual
 from harvester.uncertainty.value import Value
 
 Finding = tuple[list[Diagnostic], dict[str, Any]]  # remarks on a topic, and the facts behind them
@@ -26,9 +26,9 @@ WEAK = 0.2  # of the power that white noise gives, at the best load
 class Meaning:
     """What the numbers of a scene mean, for people and for programs.
 
-    ``numbers`` are rows of name, value, unit and what it is.  ``remarks`` are about values that no device has, a drive
-    that misses the resonance, coupling, load (none where only a search would find the best load), stop and engines.
-    ``facts`` say the same to a program.
+    ``numbers`` are rows of name, value, unit and what it is.  ``remarks`` are about values that no
+    device has, a drive that misses the resonance, coupling, load (none if only a search would find
+    the best load), stop and engines. ``facts`` say the same to a program.
     """
 
     numbers: tuple[tuple[str, float, str, str], ...]
@@ -46,7 +46,7 @@ class Meaning:
 
 def meaning(problem: Problem) -> Meaning:
     """What the numbers of a physical scene mean."""
-    unusual = [remark.of("values") for remark in unusual_values(problem.scene)]
+    unusual = [remark.of("values") for remark in problem.value_warnings]
     topics: list[Finding] = [
         (unusual, {}),
         off_resonance(problem),

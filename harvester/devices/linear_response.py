@@ -100,10 +100,10 @@ def _under_noise(
 
 
 def off_resonance(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
-    """A warning where the drive's frequency gives little of the power that another one would give, and its facts.
+    """A warning if the drive's frequency gives little of the power that another one would give, and its facts.
 
-    Without a load resistor it is the power of the best one under white noise, mu = sqrt(1 + beta).  Empty without a
-    drive or damping, and where the spring has another linear part than 1 (two wells).
+    Without a load resistor it is the power of the best one under white noise, mu = sqrt(1 + beta).
+    Empty without a drive or damping, and if the spring has another linear part than 1 (two wells).
     """
     eqs = problem.equations
     w = eqs.drive_frequency

@@ -1,7 +1,7 @@
 """Further modes of an exported part: a loop each, as that of the first (`harvester.devices.export`), on one piezo.
 
-mass_j X_j'' + damping X_j' + stiffness X_j + theta_j v = -mass_j base_j a + at_stop_j stops(w),  w
-= sum at_stop X_j
+mass_j X_j'' + damping X_j' + stiffness X_j + theta_j v
+    = -mass_j base_j a + at_stop_j stops(w),  w = sum at_stop X_j
 """
 
 import math

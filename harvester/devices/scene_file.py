@@ -87,11 +87,11 @@ def check(path: Path, force: bool) -> None:
 def write(path: Path, tables: Tables, force: bool) -> Problem:
     """Write the file, whole or not at all, and return the problem of its scene.
 
-    The schema that its first line names is written beside it.  A netlist from outside the file's folder is copied
-    into it, because a scene reaches no file elsewhere.
+    The schema that its first line names is written next to it.  A netlist from outside the file's
+    folder is copied into it, because a scene reaches no file elsewhere.
 
     Raises InputError if `check` refuses the file, if it cannot be written, and for tables that are
-    no scene.
+    not scene.
     """
     check(path, force)
     content = text(

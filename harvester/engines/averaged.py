@@ -31,6 +31,8 @@ LEAST_RESTITUTION = 0.3  # of the scenes by which the estimate was made
 class Averaged(Formula):
     """Impact-aware averaging: E[V^2], E[P] = beta mu E[V^2], and its own error.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> answer = hv.Averaged().run(scene)
@@ -47,7 +49,7 @@ class Averaged(Formula):
     CannotServeError
         for a load other than a resistance, or a spring or stop that the theory does not know.
     SimulationError
-        without external noise, or where the response grows without bound.
+        without external noise, or if the response grows without bound.
     """
 
     NAME = "averaged"
@@ -103,14 +105,16 @@ def free_orbits(eqs: Equations, law: "TwoScale") -> Floats:
 def linear_error(eqs: Equations, law: "TwoScale", free: Floats) -> float:
     """The relative error of E[V^2] of free orbits: that of the linear scene which does the same in a cycle.
 
-    There the exact moments are known (`harvester.linear.solve`).  Averaging misses what a load does within a cycle, and
-    what noise of the stiffness does to the load's phase: 5 % at n2 = 0.12, beta = 1, mu = 2; 12 % at beta = 5,
-    mu = 0.013, c1 = 0.007; 8 % at beta = 0.42, mu = 1.3, c1 = 0.17.  Of motions A cos(w t) with the law's amplitudes
+    There the exact moments are known (`harvester.linear.solve`).  Averaging misses what a load does
+    within a cycle, and what parametric noise does to the load's phase: 5 % at n2 = 0.12, beta = 1,
+    mu = 2; 12 % at beta = 5, mu = 0.013, c1 = 0.007; 8 % at beta = 0.42, mu = 1.3, c1 = 0.17.  Of
+    motions A cos(w t) with the law's amplitudes
 
         k = 1 + 3/4 alpha E[A^4]/E[A^2],   c = -c1 - c2/4 E[A^4]/E[A^2] + c3/8 E[A^6]/E[A^2]
 
-    are the linear scene's stiffness and damping.  A fifth is added, because springs and damping that are not linear
-    change the error a little.  Where that scene grows without bound it is 1, and with a stop, which bounds it, 0.
+    are the linear scene's stiffness and damping.  A fifth is added, because springs and damping
+    that are not linear change the error a little.  If that scene grows without bound it is 1, and
+    with a stop, which bounds it, 0.
     """
     from harvester.averaging.two_scale.law import solve
     from harvester.linear.solve import solve as exact
@@ -150,7 +154,7 @@ def linear_error(eqs: Equations, law: "TwoScale", free: Floats) -> float:
 
 
 def tail_error(tail: "PowerTail", law: "TwoScale") -> float:
-    """The relative error of E[V^2] that comes from the power tail p(A) ~ A^-(1 + q) of noise of the stiffness.
+    """The relative error of E[V^2] that comes from the power tail p(A) ~ A^-(1 + q) of parametric noise.
 
     E[A^2] is in proportion to 1/(q - 2), so that q off by d takes d/(q - 2), of which d/q is that of the damping and
     stated already.  With a stop at a distance also the share of the tail that lies beyond the law's last amplitude.

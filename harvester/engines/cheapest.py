@@ -19,14 +19,16 @@ FINER_THAN_SAMPLING = 1e-4  # relative errors at which the density itself is che
 
 
 class Cheapest(MonteCarloOptions, Engine):
-    """`Exact` where that serves, `Averaged` where its own error allows it, else `Ensemble`; for a netlist `Spice`.
+    """`Exact` if that serves, `Averaged` if its own error allows it, else `Ensemble`; for a netlist `Spice`.
 
-    Where ``within`` is finer than sampling reaches in reasonable time, `Density` in place of
-    `Ensemble`, if it serves.
+    If ``within`` is finer than sampling reaches in reasonable time, `Density` in place of
+    `Ensemble`, if it supports.
 
-    The answer is that engine's, and says why.  `Published` does not know the error of its
-    model, and `Ideal` only after its run.
+    The answer is that engine's, and states why.  `Published` does not know the model error, and
+    `Ideal` only after its run.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> hv.Cheapest(within="5%").run(scene).engine
@@ -72,7 +74,7 @@ class Cheapest(MonteCarloOptions, Engine):
         return _because(self._unaveraged(problem, progress), "beyond", within, stated, kind.NAME)
 
     def _unaveraged(self, problem: Problem, progress: Progress | None) -> Estimate:
-        """The answer of `Density` where sampling takes very long to reach ``within``, else of `Ensemble`."""
+        """The answer of `Density` if sampling takes very long to reach ``within``, else of `Ensemble`."""
         within, budget = number(self.within), number(self.budget)
         if within is not None and within <= FINER_THAN_SAMPLING and not Density.refusal(problem):
             return Density(within=within, budget=budget).run(problem, progress)

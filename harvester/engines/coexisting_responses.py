@@ -1,4 +1,4 @@
-"""The responses to a steady drive that a search from many starts finds, where the mass is not linear.
+"""The responses to a steady drive that a search from many starts finds, if the mass is not linear.
 
 It is made by the model without ngspice: the equations with a load resistor, or with a circuit of
 ideal elements.
@@ -41,11 +41,12 @@ class SearchedResponse:
 def steady_responses(
     problem: Problem, model: "Model", seed: int, engine: str, unknown: str = ""
 ) -> tuple[SearchedResponse, ...]:
-    """The responses of the ``engine``'s model, the most frequent first; none where the search does not settle.
+    """The responses of the ``engine``'s model, the most frequent first; none if the search does not settle.
 
-    They are those that stay at half the step of the search.  A mean has the error of its step, from the same response
-    before, and of sampling: of the drive's phase on the grid of steps where it comes back, else of the motion.  What
-    the longer step does not have, and what the model leaves out (``unknown``), is not known.
+    They are those that stay at half the step of the search.  A mean has the time-step error, from
+    the same response before, and of sampling: of the drive's phase on the grid of steps if it comes
+    back, else of the motion.  What the longer step does not have, and what the model leaves out
+    (``unknown``), is not known.
     """
     from harvester.mechanics.ensemble.coexisting_responses import (
         attractors,

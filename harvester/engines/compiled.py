@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.moment_existence import existence
+from harvester.engines.not_periodic import not_periodic
 from harvester.engines.options import number
 from harvester.engines.protocol import (
     AnyScene,
@@ -16,7 +17,7 @@ from harvester.engines.protocol import (
 )
 from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
-from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 
@@ -31,27 +32,29 @@ LONGEST_SAMPLING = 120.0
 
 
 class Compiled(Ensemble):
-    """The coupled equations with the netlist as a compiled circuit.
-
-    >>> import harvester as hv
-    >>> hv.Compiled(within="2%", budget="1min").budget
-    60.0
+    """Simulate the netlist as a compiled circuit coupled to the mechanics, without ngspice.
 
     Parameters
     ----------
     within, budget, seed, duration, trajectories, dt
-        the options of `run`.
+        As in `run`.
     probe
-        other quantities of the circuit to tell, such as "store" or "v(a,b)".
+        Circuit quantities to report, such as "store" or "v(a,b)".
     ledger
-        tell what each element of the circuit takes, too.
+        Also report the mean power dissipated in each element.
 
     Raises
     ------
     CannotServeError
-        for a load resistance, and a netlist with an element that compiled circuits do not have.
+        The load is a resistance, or the netlist has an unsupported element.
     UnboundedResponseError
-        where no stationary response exists.
+        No stationary response exists.
+
+    Examples
+    --------
+    >>> import harvester as hv
+    >>> hv.Compiled(within="2%", budget="1min").budget
+    60.0
     """
 
     probe: tuple[str, ...] = ()
@@ -78,7 +81,7 @@ class Compiled(Ensemble):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None where it can."""
+        """Why the engine cannot serve a problem; None if it can."""
         return needs_circuit(problem, cls.NAME) or needs_compiled_circuit(problem, cls.NAME)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
@@ -106,10 +109,11 @@ class Compiled(Ensemble):
             assert problem.circuit is not None, "refusal checks this"
             circuit = compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
             check_watched(problem, circuit, self.probe, self.ledger)
-        is_sampled = not problem.equations.is_steady or problem.equations.modes is not None
+        is_sampled = not problem.equations.is_steady
         if is_sampled or (self.trajectories, self.duration) != (None, None):
             return super().run(problem, progress), None
         existence(problem)
+        judged = judged and problem.equations.modes is None  # ngspice's search is of one mode
         answer, response = steady_answer(self, self.NAME, problem, near, judged, progress)
         if answer is not None:
             if watches and response is not None:
@@ -122,11 +126,11 @@ class Compiled(Ensemble):
         bounded = self if patient else dataclasses.replace(self, budget=LONGEST_SAMPLING)
         answer = super(Compiled, bounded).run(problem, progress)
         return dataclasses.replace(
-            answer, diagnostics=(*answer.diagnostics, note("not_periodic"))
+            answer, diagnostics=(*answer.diagnostics, not_periodic(problem))
         ), None
 
     def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":
-        """Those of the circuit made of ideal elements under white noise, where the netlist has them."""
+        """Those of the circuit made of ideal elements under white noise, if the netlist has them."""
         from harvester.circuits.idealised import ideal_circuit
         from harvester.mechanics.ensemble.richardson import compile_pair
         from harvester.mechanics.ensemble.trajectories import Trajectories
@@ -147,7 +151,7 @@ class Compiled(Ensemble):
     def model_errors(
         self, problem: Problem, pair: "RichardsonPair", begin: float
     ) -> tuple[dict[str, float], str]:
-        """The largest relative difference from ngspice under noise, where it is measured."""
+        """The largest relative difference from ngspice under noise, if it is measured."""
         from harvester.engines.spice.cheap_model import settled_starts
         from harvester.engines.spice.difference import difference_from_ngspice
 
@@ -171,12 +175,12 @@ class Compiled(Ensemble):
         return with_watched(answer, problem, circuit, paths, self.probe, self.ledger)
 
     def pair_diagnostic(self, pair: "RichardsonPair") -> Diagnostic | None:
-        """A warning where steps of the circuit did not converge, so that it was held for a while."""
+        """A warning if circuit steps did not converge, so that it was held for a while."""
         steps, failed = pair.trajectories.own_sums
         return warning("circuit_not_converged", share=float(failed / steps)) if failed else None
 
     def model(self, problem: Problem) -> Model:
-        """What is simulated for a problem that the engine serves."""
+        """What is simulated for a problem that the engine supports."""
         from harvester.circuits.compiled_circuit import compiled_circuit
 
         assert problem.circuit is not None, "refusal checks this"

@@ -38,7 +38,7 @@ class CompiledPeriods:
     differences: dict[str, float] = field(default_factory=dict)
 
     def value(self, name: str) -> Value:
-        """The ``power`` (W), ``square`` (V^2) or ``displacement`` with its errors of step, settling and model."""
+        """The ``power`` (W), ``square`` (V^2) or ``displacement`` with its errors (step, settling) and model."""
         values = [float(getattr(response, name)) for response in self.responses]
         last = self.responses[-1]
         left = self.responses[-1].left[0 if name == "power" else 1]
@@ -59,8 +59,8 @@ def steady_answer(
 ) -> "tuple[Estimate | None, CircuitPeriod | None]":
     """The answer of a periodic response from rest, or ``near`` that of a drive close by, and where it is; None: none.
 
-    With ``judged``, ngspice goes on from the response at the longest step to its own, and what they
-    differ by is the error of the model; without a budget for `PATIENCE` or `AGAIN` times what the
+    With ``judged``, ngspice continues from the response at the longest step to its own, and their
+    difference is the model error; without a budget for `PATIENCE` or `AGAIN` times what the
     response took.
     """
     from harvester.mechanics.kernels.compiled import compilation
@@ -105,7 +105,7 @@ def _periods(
     within: float,
     progress: Progress | None,
 ) -> CompiledPeriods | None:
-    """The response at steps that are halved until their error is below the target; None where none comes back."""
+    """The response at steps that are halved until their error is below the target; None if none comes back."""
     from harvester.circuits.circuit_period import periodic_response
     from harvester.circuits.compiled_circuit import compiled_circuit
 
@@ -132,7 +132,7 @@ def _periods(
 def _differences(
     options: MonteCarloOptions, problem: Problem, response: "CircuitPeriod", deadline: float
 ) -> dict[str, float]:
-    """How far ngspice's response at the same step is from ``response``; empty where it gives none in time."""
+    """How far ngspice's response at the same step is from ``response``; empty if it gives none in time."""
     steady = to_be_found(options, problem, RELTOL)
     steady.deadline = deadline
     try:
@@ -162,9 +162,9 @@ def _origin(problem: Problem, response: "CircuitPeriod") -> "Origin":
     assert path.shaking is not None, "the drive is steady"
     voltage = float(path.samples[-1, 1])
     a = float(path.shaking[-1])
+    x, after = map(float, response.coordinates)
     ends = [
-        interpreted(kick)(State(response.x, speed, voltage), 0.0, 0.5 * path.h, c, a)
-        for speed in (0.0, 1.0)
+        interpreted(kick)(State(x, speed, voltage), 0.0, 0.5 * path.h, c, a) for speed in (0.0, 1.0)
     ]
-    v = float((response.v - ends[0]) / (ends[1] - ends[0]))
-    return Origin(CoupledState(response.x, v, in_ngspice(voltages)), 0.0, response.turns)
+    v = float((after - ends[0]) / (ends[1] - ends[0]))
+    return Origin(CoupledState(x, v, in_ngspice(voltages)), 0.0, response.turns)

@@ -12,7 +12,6 @@ from harvester.arrays import Floats
 from harvester.engines.spice.probed_answer import PART, watch_of, with_probes
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.errors import InputError
 from harvester.presentation.diagnostic import note
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, STEP
 from harvester.uncertainty.control_variate import controlled
@@ -28,8 +27,8 @@ PATHS, FEWEST = 64, 8  # how many, and how many weigh a control variate
 OF_ELEMENTS = 16  # paths that tell the powers of elements
 AVERAGED = 128.0  # nondimensional time of each
 UNKNOWN = f"{STEP} and {COMPILED_CIRCUIT}"
-# Equations, noise, step, stride, x and x', the circuit's state, and the shaking of a path.
-Given: TypeAlias = tuple[Equations, Floats, float, int, tuple[float, float], Floats, Floats | None]
+# Equations, noise, step, stride, y and y' of all modes, the circuit's state, shaking of a path.
+Given: TypeAlias = tuple[Equations, Floats, float, int, Floats, Floats, Floats | None]
 
 
 def sampled_paths(
@@ -47,7 +46,7 @@ def sampled_paths(
     (_, starts) = settled_starts(pair, circuit.memory, AVERAGED, seed)
     for root, start in zip(np.random.SeedSequence([seed, 6]).spawn(PATHS), starts, strict=False):
         shaking = forcing(eqs, h, n_steps, np.random.default_rng(child(root, 1)))
-        given = eqs, three_point_grid(root, n_steps), h, 1, start[:2], start[4], shaking
+        given = eqs, three_point_grid(root, n_steps), h, 1, *circuit.begun(eqs, start), shaking
         paths.append(_traced(circuit, given, ledger and len(paths) < OF_ELEMENTS))
     return paths
 
@@ -76,7 +75,7 @@ def period_paths(
         still,
         path.h,
         1,
-        (response.x, response.v),
+        response.coordinates,
         response.state,
         path.shaking,
     )
@@ -95,7 +94,8 @@ def with_watched(
 
     The load's power on the paths, whose mean the answer knows, is their control variate.
 
-    Raises InputError for what is not there, and for quantities that compiled circuits do not tell.
+    Raises InputError for anything that is not there, and for quantities that compiled circuits do
+    not tell.
     """
     from harvester.circuits.probed_path import mean_powers, probed
 
@@ -149,16 +149,12 @@ def check_watched(
     from harvester.circuits.probed_path import probed
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.mechanics.kernels.forcing import forcing
+    from harvester.mechanics.trace import at_rest
 
-    if problem.equations.modes is not None:
-        raise InputError(
-            "`probe` and `ledger` must go with engine 'spice' for a device of several modes"
-        )
     eqs = problem.equations
     h = 1e-3
     shaking = forcing(eqs, h, 1, np.random.default_rng(0))
     with compilation():
-        path = circuit.trace(
-            eqs, np.zeros(1), h, start=(eqs.resting_places[0], 0.0), shaking=shaking, keep=True
-        )
+        start = at_rest(eqs)[:-1]
+        path = circuit.trace(eqs, np.zeros(1), h, start=start, shaking=shaking, keep=True)
     probed(circuit, path, watch_of(problem, probe, ledger).probes)

@@ -41,6 +41,8 @@ REFUSED = 0.02  # the relative error above which there is no answer
 class Density(Request, Engine):
     """The stationary Fokker-Planck equation of the fully coupled motion.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> table = hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01, restitution=0.9)
     >>> answer = hv.Density(within="0.001%").run(hv.Scene(nondimensional=table))
@@ -56,9 +58,9 @@ class Density(Request, Engine):
     ------
     CannotServeError
         for a netlist, without white or coloured noise of the base, with any other shaking, or for
-        coloured noise beside a rigid stop that takes energy.
+        coloured noise near a rigid stop that dissipates energy.
     SimulationError
-        where the response grows without bound, or the density cannot be resolved.
+        if the response grows without bound, or the density cannot be resolved.
     """
 
     NAME = "density"
@@ -125,7 +127,7 @@ class Density(Request, Engine):
     def run_with_slopes(
         self, scene: AnyScene, progress: Progress | None = None
     ) -> "tuple[Estimate, PowerSlopes]":
-        """`run`, and the gradient of the mean power in the keys; raises InputError where there is no power, too."""
+        """`run`, and the gradient of the mean power in the keys; raises InputError if there is no power as well."""
         from harvester.engines.power_slopes import PowerSlopes
 
         problem = served(type(self), scene)

@@ -19,18 +19,19 @@ MOST_STEPS = 4e6
 
 
 def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> dict[str, float]:
-    """The RMS of x about its mean and the largest |x| and |V|, with their errors of the step, in the scene's units.
+    """The RMS of x about its mean and the largest |x| and |V|, with their time-step error, in the scene's units.
 
-    The path goes on from one of the trajectories, at their step, a half and a quarter of it.  Nothing is given where
-    something random shakes the mass, it has several modes, the circuit is compiled, or the path does not come to the
-    mean of all trajectories: they have several responses, or none that comes back.
+    The path continues from one of the trajectories, at their step, a half and a quarter of it.
+    Nothing is given if something random shakes the mass, it has several modes, the circuit is
+    compiled, or the path does not come to the mean of all trajectories: they have several
+    responses, or none that comes back.
     """
     from harvester.mechanics.ensemble.coexisting_responses import sections
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
-    from harvester.mechanics.kernels.path import trace
     from harvester.mechanics.largest_swing import peak
     from harvester.mechanics.periodic import MULTIPLES
+    from harvester.mechanics.trace import trace
 
     eqs = problem.equations
     units = problem.units

@@ -67,6 +67,8 @@ class EnsembleSetup:
 class Ensemble(MonteCarloOptions, Engine):
     """Monte Carlo of the fully coupled equations (Eq. 2) with the exact RC update.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> engine = hv.Ensemble(within="1%", seed=1)
     >>> engine.within
@@ -86,7 +88,7 @@ class Ensemble(MonteCarloOptions, Engine):
     CannotServeError
         for a load other than a resistance.
     UnboundedResponseError
-        where no stationary response exists.
+        if no stationary response exists.
     """
 
     NAME = "ensemble"
@@ -102,18 +104,18 @@ class Ensemble(MonteCarloOptions, Engine):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None where it can."""
+        """Why the engine cannot serve a problem; None if it can."""
         return needs_resistance(problem, cls.NAME)
 
     def model(self, problem: Problem) -> Model:
-        """What is simulated for a problem that the engine serves."""
+        """What is simulated for a problem that the engine supports."""
         eqs = problem.equations
         return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.mu or 0.0))
 
     def model_errors(
         self, problem: Problem, pair: "RichardsonPair", begin: float
     ) -> tuple[dict[str, float], str]:
-        """Relative errors of the model by moments, none where they are not known, and the code of a note on them."""
+        """Relative model error by moments, none if they are not known, and the code of a note on them."""
         return {}, self.MODEL_NOTE
 
     def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":
@@ -121,15 +123,15 @@ class Ensemble(MonteCarloOptions, Engine):
         return trajectories
 
     def _remark(self, code: str) -> Diagnostic | None:
-        """What is said of the model's error: a warning where it is not known."""
+        """What is stated of the model's error: a warning if it is not known."""
         return (warning if code == self.MODEL_NOTE else note)(code) if code else None
 
     def pair_diagnostic(self, pair: "RichardsonPair") -> Diagnostic | None:
-        """What the trajectories say against their means; None where nothing."""
+        """What the trajectories say against their means; None if nothing."""
         return None
 
     def looked_into(self, answer: Estimate, problem: Problem, pair: "RichardsonPair") -> Estimate:
-        """The answer with further quantities of a circuit, where they are asked for."""
+        """The answer with further quantities of a circuit, if they are asked for."""
         return answer
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
@@ -227,7 +229,7 @@ class Ensemble(MonteCarloOptions, Engine):
         )
 
     def _first_samples(self, setup: EnsembleSetup, progress: Progress | None) -> "EnsembleSampler":
-        """The first averages, beside others of twice the step."""
+        """The first averages, together with others of twice the step."""
         from harvester.mechanics.ensemble.richardson import RichardsonPair
 
         budget = number(self.budget)
@@ -249,7 +251,7 @@ class EnsembleSampler:
     progress: Progress | None
 
     def mean(self, name: str, exact: bool) -> Value:
-        """One moment's mean; ``exact``: without an error of sampling."""
+        """One moment's mean; ``exact``: without an sampling error."""
         return sampling.mean_with_errors(self.pair, name, exact)
 
     def power_so_far(self) -> Value:
@@ -272,7 +274,7 @@ class EnsembleSampler:
         return self._extend(target, value)
 
     def _change_step(self, factor: float, target: Target, value: Value) -> Diagnostic | None:
-        """Begin again at ``factor`` times the step, where the time is left for that."""
+        """Begin again at ``factor`` times the step, if the time is left for that."""
         if target.seconds_left < (time.perf_counter() - target.begin) / factor:
             return warning("target_missed", **target.shortfall(value))
         if self.progress is not None:
@@ -281,7 +283,7 @@ class EnsembleSampler:
         return None
 
     def _extend(self, target: Target, value: Value) -> Diagnostic | None:
-        """Average for longer, where the time is left for that."""
+        """Average for longer, if the time is left for that."""
         pair = self.pair
         variance = target.variance(value)
         needed = (
@@ -298,7 +300,7 @@ class EnsembleSampler:
         return None
 
     def effort(self, within: float) -> Diagnostic:
-        """The note that tells what was chosen for a target."""
+        """The note that shows what was chosen for a target."""
         setup = self.setup
         return sampling.step_and_effort(
             self.pair, setup.model.name, within, setup.unit, setup.problem.physical
@@ -314,7 +316,7 @@ class EnsembleSampler:
         return open_balance(Value(balance, stderr, bias, dof=entries - 1.0))
 
     def details(self) -> dict[str, float]:
-        """The numbers of the run, and where the equations have no circuit, its power balance."""
+        """The numbers of the run, and if the equations have no circuit, its power balance."""
         pair, setup = self.pair, self.setup
         times = {"step": pair.trajectories.h, "burn_in": pair.burn_in, "duration": pair.duration}
         details: dict[str, float] = {name: time / setup.unit for name, time in times.items()}

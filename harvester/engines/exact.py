@@ -21,6 +21,8 @@ from harvester.uncertainty.value import Value
 class Exact(Formula):
     """The stationary E[V^2] and E[P] of a linear scene, whose only error is rounding.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> f"{hv.Exact().run(scene).mean_power.value:.8f}"
@@ -37,7 +39,7 @@ class Exact(Formula):
         for a load other than a resistance or none, a stop, and a spring or damping that is not
         linear.
     UnboundedResponseError
-        where the response grows without bound.
+        if the response grows without bound.
     """
 
     NAME = "exact"
@@ -80,8 +82,8 @@ class Exact(Formula):
 def _motion(problem: Problem, x2: float) -> dict[str, float]:
     """The RMS displacement, and under a harmonic drive alone the amplitudes of displacement and voltage.
 
-    Of a record or a tabulated density the displacement's error is not computed, so that it is left out.  Random shaking
-    has no largest value but over a lifetime (`harvester run --lifetime`).
+    For a record or a tabulated density the displacement's error is not computed, so that it is left
+    out.  Random shaking has no largest value but over a lifetime (`harvester run --lifetime`).
     """
     eqs, units = problem.equations, problem.units
     if eqs.record is not None or eqs.density is not None:

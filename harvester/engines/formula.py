@@ -24,7 +24,7 @@ class Formula(Request, Engine):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the theory cannot serve a problem; None where it can."""
+        """Why the theory cannot serve a problem; None if it can."""
         return needs_known_effects(problem, cls, cls.UNSERVED)
 
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
@@ -55,7 +55,7 @@ class Formula(Request, Engine):
         raise NotImplementedError
 
     def _answer(self, problem: Problem, solution: Any, seconds: float) -> Estimate | HarvesterError:
-        """The answer, with a warning where its error is not known to be ``within``."""
+        """The answer, with a warning if its error is not known to be ``within``."""
         if isinstance(solution, HarvesterError):
             return solution
         answer = self._estimate(problem, solution, seconds)

@@ -27,6 +27,8 @@ SLOW, WORSE = 0.02, 4.0
 class Ideal(Ensemble):
     """The coupled equations with a load circuit that is piecewise linear.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.Ideal(within="2%", budget="1min").budget
     60.0
@@ -44,7 +46,7 @@ class Ideal(Ensemble):
     CannotServeError
         for a load resistance, a netlist of the user's own, whose switches are not known.
     UnboundedResponseError
-        where no stationary response exists.
+        if no stationary response exists.
     """
 
     NAME = "ideal"
@@ -73,7 +75,7 @@ class Ideal(Ensemble):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None where it can."""
+        """Why the engine cannot serve a problem; None if it can."""
         from harvester.circuits.idealised import TOPOLOGIES, ideal_circuit
 
         if (without := needs_circuit(problem, cls.NAME)) is not None:
@@ -108,7 +110,7 @@ class Ideal(Ensemble):
         )
 
     def _missed(self, answer: Estimate) -> tuple[Diagnostic, ...]:
-        """A warning where the error of the elements is larger than what was asked for."""
+        """A warning if the error of the elements is larger than what was asked for."""
         power = answer.mean_power
         within = number(self.within)
         if within is None or not power.model or power.model <= within * abs(power.value):
@@ -116,7 +118,7 @@ class Ideal(Ensemble):
         return (warning("elements_beyond", within=within, error=power.model / abs(power.value)),)
 
     def model(self, problem: Problem) -> Model:
-        """What is simulated for a problem that the engine serves."""
+        """What is simulated for a problem that the engine supports."""
         from harvester.circuits.idealised import ideal_circuit
 
         assert problem.circuit is not None, "refusal checks this"
@@ -126,7 +128,7 @@ class Ideal(Ensemble):
     def model_errors(
         self, problem: Problem, pair: "RichardsonPair", begin: float
     ) -> tuple[dict[str, float], str]:
-        """How far the compiled circuit is on the same noise, where that can be measured in what is left of a budget."""
+        """How far the compiled circuit is on the same noise, if that can be measured in what is left of a budget."""
         from harvester.engines.ideal_difference import difference_from_compiled
 
         budget = number(self.budget)
@@ -136,7 +138,7 @@ class Ideal(Ensemble):
 
 
 def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
-    """A warning where the coil takes a good part of half a period for what ideal switches do at once.
+    """A warning if the coil takes a good part of half a period for what ideal switches do at once.
 
     Under a sinusoid SSHI and SECE were off by up to 3 times that part of the power (`python
     benchmarks/products.py`).
@@ -169,7 +171,7 @@ def _low_voltage(problem: Problem, answer: Estimate) -> tuple[Diagnostic, ...]:
 
 
 def _with_cause(error: SimulationError, problem: Problem) -> SimulationError:
-    """The error, with what a circuit remembers for longer than the mass, where that is the cause."""
+    """The error, with what a circuit remembers for longer than the mass, if that is the cause."""
     storage = None if problem.circuit is None else problem.circuit.storage
     w0 = problem.scales.frequency
     if storage is None or storage < LONG * 2.0 * math.pi / w0:

@@ -38,9 +38,10 @@ def difference_from_compiled(
 ) -> dict[str, float]:
     """Relative differences of E[V^2] ("V2") and of the load's power ("load"), at most at 95 %, and those of the judge.
 
-    The trajectories of both begin in settled states of the ideal circuit and have the same noise.  Beside a stop they
-    part all the same; controls make the difference of their means sharper.  Empty where no compiled circuit serves or
-    converges, where it forgets too slowly, and where it has not ended at the ``deadline`` of `time.perf_counter`.
+    The trajectories of both begin in settled states of the ideal circuit and have the same noise.
+    Near a stop they part all the same; controls make the difference of their means sharper.  Empty
+    if no compiled circuit serves or converges, if it forgets too slowly, and if it has not ended at
+    the ``deadline`` of `time.perf_counter`.
     """
     from harvester.circuits.beside_ideal import compiled_beside
     from harvester.circuits.compiled_circuit import compiled_circuit
@@ -105,15 +106,13 @@ def _largest(name: str, high: Moments, low: Moments) -> float:
 def _of_periods(
     circuit: "CompiledCircuit", problem: Problem, pair: "RichardsonPair"
 ) -> dict[str, float]:
-    """The same of a steady drive, from the compiled circuit's periodic response; empty where it has none."""
+    """The same of a steady drive, from the compiled circuit's periodic response; empty if it has none."""
     from harvester.circuits.circuit_period import periodic_response
 
     eqs = problem.equations
     scales = problem.scales
     h = pair.trajectories.h
-    responses = (
-        [] if eqs.modes else [periodic_response(circuit, eqs, part * h, SETTLED) for part in FINE]
-    )
+    responses = [periodic_response(circuit, eqs, part * h, SETTLED) for part in FINE]
     moments = [
         (response.power, response.square, *response.left) for response in responses if response
     ]

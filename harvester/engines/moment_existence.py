@@ -1,4 +1,4 @@
-"""Whether the means that an engine is asked for exist: noise of the stiffness may leave a power tail."""
+"""Whether the means that an engine is asked for exist: parametric noise may leave a power tail."""
 
 import math
 from dataclasses import dataclass
@@ -14,8 +14,8 @@ from harvester.presentation.messages.unknown_parts import RARE_MOTIONS
 class MomentExistence:
     """What the tail leaves of the means of V^2 and of the power: a warning, and the part of the error not known.
 
-    ``warning`` is None and ``unknown`` empty where mean and variance surely exist.  ``tail`` is None where all moments
-    do.
+    ``warning`` is None and ``unknown`` empty if mean and variance surely exist.  ``tail`` is None
+    if all moments do.
     """
 
     tail: PowerTail | None
@@ -23,7 +23,7 @@ class MomentExistence:
     unknown: str = ""
 
     def obstacle(self, within: float) -> Diagnostic | None:
-        """Why sampling cannot reach an error ``within``; None where it can."""
+        """Why sampling cannot reach an error ``within``; None if it can."""
         return (
             warning("within_not_promised", within=within, unknown=self.unknown)
             if self.unknown
@@ -32,11 +32,12 @@ class MomentExistence:
 
 
 def existence(problem: Problem, is_sampled: bool = True) -> MomentExistence:
-    """What is known before the run; ``is_sampled``: means need a finite variance too.
+    """What is known before the run; ``is_sampled``: means need a finite variance as well.
 
-    Of a mass that nothing but its stiffness shakes, which comes to rest or grows, nothing is said.
+    For a mass that nothing but its stiffness shakes, which comes to rest or grows, nothing is
+    stated.
 
-    Raises InfiniteMeanError where the mean surely does not exist, and UnboundedResponseError where
+    Raises InfiniteMeanError if the mean surely does not exist, and UnboundedResponseError if
     there is not even a stationary law.
     """
     eqs = problem.equations

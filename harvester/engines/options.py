@@ -22,11 +22,13 @@ class Request:
     """Options of every engine: what derives from it is such a dataclass, which answers a misspelt keyword too.
 
     within
-        relative total error of the mean power to reach (sampling at 95 % plus bias), such as .01 or "1%"; None: one
-        round.  A formula cannot work towards it: it says where its own error is larger, or not known.
+        relative total error of the mean power to reach (sampling at 95 % plus bias), such as 0.01
+        or "1%"; None: one round.  A formula cannot work towards it: it states where its own error
+        is larger, or not known.
     budget
-        seconds that reaching it may take, such as 30 or "30s", burn-in included and compilation not.  Runs of ngspice
-        that have not ended then are given up; a burn-in of the mechanics is bounded by its steps, and may take longer.
+        seconds that reaching it may take, such as 30 or "30s", burn-in included and compilation
+        not.  Runs of ngspice that have not ended then are given up; a burn-in of the mechanics is
+        bounded by its steps, and may need longer.
     seed
         the same seed, the same noise.
     """

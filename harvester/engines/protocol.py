@@ -13,7 +13,6 @@ from harvester.errors import CannotServeError, HarvesterError, InputError, answe
 from harvester.linear.record_doubts import join_change
 from harvester.presentation.diagnostic import Diagnostic, has, refusal, warning
 from harvester.presentation.engine_look import EngineLook
-from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.uncertainty.value import Value
 
@@ -56,12 +55,12 @@ class Engine:
 
     @property
     def at_many_points(self) -> Self:
-        """The engine as it computes many points, where nobody asked for an accuracy."""
+        """The engine as it computes many points, if nobody asked for an accuracy."""
         return self
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem, and what can; None where it can."""
+        """Why the engine cannot serve a problem, and what can; None if it can."""
         return None
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
@@ -80,12 +79,12 @@ class Engine:
         return False
 
     def run_continued(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
-        """`run_many`, each from the answer before where it `continues`."""
+        """`run_many`, each from the answer before if it `continues`."""
         return self.run_many(scenes)
 
 
 def served(engine: type[Engine], scene: AnyScene) -> Problem:
-    """The problem of a scene that an engine serves; CannotServeError with the reason where it does not."""
+    """The problem of a scene that an engine serves; CannotServeError with the reason if it does not."""
     problem = Problem.of(scene)
     if (reason := engine.refusal(problem)) is not None:
         raise CannotServeError(reason)
@@ -93,7 +92,7 @@ def served(engine: type[Engine], scene: AnyScene) -> Problem:
 
 
 def needs_resistance(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine for load resistances cannot serve a netlist; None where the load is none."""
+    """Why an engine for load resistances cannot serve a netlist; None if the load is none."""
     if problem.netlist is None:
         return None
     return refusal("needs_resistance", engine, engine=engine, netlist=problem.netlist)
@@ -116,7 +115,7 @@ def needs_known_effects(
 def unknown_effects(
     problem: Problem, unserved: frozenset[str], who: str, instead: str
 ) -> Diagnostic | None:
-    """Why ``who`` cannot serve a scene with effects that it does not know; None where it knows all."""
+    """Why ``who`` cannot serve a scene with effects that it does not know; None if it knows all."""
     unknown = [name for name in problem.effects if name in unserved]
     return (
         refusal("unknown_effects", who=who, effects=" and ".join(unknown), instead=instead)
@@ -126,13 +125,13 @@ def unknown_effects(
 
 
 def needs_one_mode(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine of circuits, which has one mode, cannot serve a problem; None where the device has one."""
+    """Why an engine of circuits, which has one mode, cannot serve a problem; None if the device has one."""
     instead = "engine 'ensemble'" + ("" if problem.netlist is None else " with a load resistance")
     return unknown_effects(problem, SEVERAL_MODES, f"engine {engine!r}", instead)
 
 
 def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine of circuits, which serves nothing else, cannot serve a problem; None where it may.
+    """Why an engine of circuits, which serves nothing else, cannot serve a problem; None if it may.
 
     Raises InputError for a netlist without a solution.
     """
@@ -146,7 +145,7 @@ def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:
 
 
 def needs_compiled_circuit(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine cannot serve a netlist, of whose elements no compiled circuit is made; None where it can."""
+    """Why an engine cannot serve a netlist, of whose elements no compiled circuit is made; None if it can."""
     from harvester.circuits.compiled_circuit import compiled_circuit
 
     assert problem.circuit is not None, "a netlist is a circuit"
@@ -193,7 +192,7 @@ def estimate(
     samples: Floats | None = None,
     power_samples: Floats | None = None,
 ) -> Estimate:
-    """The answer in the scene's units, from a nondimensional E[V^2] and, where it is not beta mu E[V^2], E[P].
+    """The answer in the scene's units, from a nondimensional E[V^2] and, if it is not beta mu E[V^2], E[P].
 
     To its ``diagnostics`` (None: nothing to say) come those of the scene.
     """
@@ -210,7 +209,7 @@ def estimate(
     impossible = None if gives else impossible_power(problem, power, bound)
     remarks += [] if impossible is None else [impossible]
     remarks += _not_yet_said(remarks, power)
-    of_scene = [*unusual_values(problem.scene), *(() if shocks is None else shocks.diagnostics)]
+    of_scene = [*problem.value_warnings, *(() if shocks is None else shocks.diagnostics)]
     return Estimate(
         engine=engine,
         physical=problem.physical,

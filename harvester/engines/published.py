@@ -17,6 +17,8 @@ from harvester.uncertainty.value import Value
 class Published(Formula):
     """The paper's stochastic averaging, misprints corrected: E[V^2] of Eq. 30 and E[P] = beta mu E[V^2] of Eq. 31.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> f"{hv.Published().run(scene).mean_power.value:.5f}"
@@ -32,7 +34,7 @@ class Published(Formula):
     CannotServeError
         for a load other than a resistance, or a spring or stop that the theory does not know.
     SimulationError
-        without external noise, or where the response grows without bound.
+        without external noise, or if the response grows without bound.
     """
 
     NAME = "published"

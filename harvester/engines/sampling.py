@@ -27,7 +27,7 @@ TRAJECTORIES, FEWEST = 4096, 256
 # trajectories at first towards a target above `FINE`: the effort grows by their duration
 PURSUING = 512
 FINE = 1e-3
-# trajectories on records of tabulated noise: 64 of them are one independent entry
+# trajectories on records of tabulated noise: 64 of them are one independent sample
 DRAWN, FEWEST_DRAWN = 1024, 128
 # target from which on so few trajectories do: their burn-in is most of what it costs
 LOOSE = 0.01
@@ -58,7 +58,7 @@ class Model:
 
 
 class Sampler(Protocol):
-    """What samples a mean power, and can go on."""
+    """What samples a mean power, and can continue."""
 
     def power_so_far(self) -> Value:
         """The mean power with its errors, or what is in proportion to it."""
@@ -70,7 +70,7 @@ class Sampler(Protocol):
 
 
 def refine(sampler: Sampler, target: Target) -> Diagnostic | None:
-    """Sequential sampling: go on until the target is reached; or say why it cannot be."""
+    """Sequential sampling: continue until the target is reached; or state why it cannot be."""
     while not target.reached(sampler.power_so_far()):
         if (obstacle := sampler.improve(target)) is not None:
             return obstacle
@@ -82,8 +82,8 @@ def affordable(
 ) -> int:
     """Trajectories by default, between `FEWEST` and `TRAJECTORIES`: what each does before it counts is lost.
 
-    Few where nothing is random, of a compiled circuit without a target, where each must wait long
-    for a large capacitor, and where no more are needed for an error of ``within``: `PURSUING` with
+    Few if nothing is random, of a compiled circuit without a target, if each must wait long
+    for a large capacitor, and if no more are needed for an error of ``within``: `PURSUING` with
     controls come to about `FINE` in the time of their burn-in, `LEAST` to `LOOSE`.
     """
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
@@ -104,10 +104,10 @@ def run_burn_in(
 ) -> list[Diagnostic]:
     """Burn in within a ``budget`` in seconds, as `harvester.mechanics.ensemble.burn_in.burn_in` does: its warnings.
 
-    Under shocks the step is made shorter before, unless it is fixed: what a grid of steps cannot carry of a shock is
-    left out, and beside a stop that moves the impacts.  The bias that is measured at twice the step sees that only
-    where both steps carry nearly all of it.  Hops between unlike wells that are too rare for their shares to become
-    stationary are a warning of their own.
+    Under shocks the step is made shorter before, unless it is fixed: what a grid of steps cannot
+    carry of a shock is left out, and near a stop that moves the impacts.  The bias that is measured
+    at twice the step sees that only if both steps carry nearly all of it.  Hops between unlike
+    wells that are too rare for their shares to become stationary are a warning of their own.
     """
     from harvester.mechanics.ensemble.burn_in import burn_in
 
@@ -142,9 +142,9 @@ def _rare_hops(hops: "Hopping", h: float, problem: Problem) -> Diagnostic:
 
 
 def first_duration(burn_in: float, spent: float, budget: float | None) -> float:
-    """The time of the first averages: that of the burn-in, or less where the budget does not leave so much.
+    """The time of the first averages: that of the burn-in, or less if the budget does not leave so much.
 
-    Beside them go trajectories of twice the step, which have the burn-in to make up for.
+    With them go trajectories of twice the step, which have the burn-in to make up for.
     """
     if budget is None:
         return burn_in
@@ -153,7 +153,7 @@ def first_duration(burn_in: float, spent: float, budget: float | None) -> float:
 
 
 def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> Value:
-    """One moment's mean with its errors of sampling, unless it is ``exact``, and step; and of wells that are apart."""
+    """One moment's mean with its sampling errors, unless it is ``exact``, and step; and of wells that are apart."""
     hops = pair.trajectories.hopping
     bias = pair.largest_bias(name)
     if hops is not None:
@@ -194,11 +194,11 @@ def step_and_effort(
 def agreement(
     moments: "Moments", name: str = "V2", responses: "tuple[SteadyResponse, ...]" = ()
 ) -> Diagnostic | None:
-    """Whether the trajectories of a response to a steady drive agree: a note, or a warning where they differ.
+    """Whether the trajectories of a response to a steady drive agree: a note, or a warning if they differ.
 
-    They are compared by V^2 and by the moment ``name``, which the power is made of, whichever differs more.  None where
-    they differ a little, or where all starts are known to come to one periodic response: then they differ only by where
-    in a step impacts and switchings lie.
+    They are compared by V^2 and by the moment ``name``, which the power is made of, whichever
+    differs more.  None if they differ a little, or if all starts are known to come to one periodic
+    response: then they differ only by where in a step impacts and switchings lie.
     """
     of = {"V2": "E[V^2]", "load": "the load's power"}
     entries = {moment: getattr(moments, moment) for moment in ("V2", name)}
@@ -214,7 +214,7 @@ def agreement(
 
 
 def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
-    """Power in less power out over power in, and its standard error; zeros where nothing gives power (docs/model.md).
+    """Power in less power out over power in, and its standard error; zeros if nothing gives power (docs/model.md).
 
     N1 + N2 E[x^2] + 2 N12 E[x] + E[a x'] = E[f x'^2] + beta mu E[V^2] + what the stops took
     """
@@ -228,8 +228,8 @@ def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
 def power_balance_bias(pair: "RichardsonPair", eqs: Equations) -> float:
     """Size of the step's part in the power balance: that of each of its terms, measured as those of the means, summed.
 
-    Strong impacts make most of it, as a drift meets the stop at a speed that is off by order h^2.  No number of
-    trajectories takes it away.  0 where nothing gives power.
+    Strong impacts make most of it, as a drift meets the stop at a speed that is off by order h^2.
+    No number of trajectories takes it away.  0 if nothing gives power.
     """
     if not (eqs.is_shaken or eqs.is_random):
         return 0.0

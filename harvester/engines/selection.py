@@ -73,39 +73,62 @@ def run(
     progress: Progress | None = None,
     **options: Unpack[EngineOptions],
 ) -> Estimate | list[Estimate]:
-    """The stationary mean square voltage and mean power of a scene, or of each scene of a list, with their errors.
+    """Compute the stationary mean power and mean square voltage of a scene.
 
     Parameters
     ----------
     scene
-        a `Scene`, the path of a scene file, or a list of such.
+        The scene, or the path of a scene file. A list returns a list of estimates in the same order.
     engine
-        its name, such as "spice", or the engine itself: ``hv.Spice(within="1%")``.  Without it, ``within`` chooses the
-        cheapest engine that is known to reach it; else it is `Exact` where that serves, `Slow` for a chip behind a
-        rectifier under a drive, `Spice` for another netlist, and `Ensemble`.
+        Name such as "spice", or an engine object such as ``hv.Spice(within="1%")``. Default: with
+        ``within`` the cheapest engine that reaches it; otherwise `Exact` if it supports the scene,
+        `Slow` for a chip behind a rectifier, `Spice` for other netlists, and `Ensemble`.
     progress
-        is called with the fraction done, from 0 to 1.
+        Called with the completed fraction, from 0 to 1.
     options
-        of the engine: ``within`` (relative error at 95 %, .01 or "1%"), ``budget`` (seconds of
-        computing, 30 or "30s"), ``seed``; of engines that sample also ``trajectories``,
-        ``duration`` and ``dt`` (seconds, or in 1/w0 for a nondimensional scene); of `Spice` also
-        ``probe``, ``ledger``, ``reltol``, ``alone`` and ``gaussian``, of `Compiled` the first two.
+        Options of the engine, by keyword; listed below.
+
+    Other Parameters
+    ----------------
+    within : float or str
+        Target relative error (95 %), 0.01 or "1%".
+    budget : float or str
+        Time limit in seconds, 30 or "30s". Default: none.
+    seed : int
+        Random seed. Default: 0.
+    trajectories : int
+        Number of trajectories. Sampling engines only.
+    duration, dt : float or str
+        Averaging time of each trajectory, and time step (s; 1/w0 for a nondimensional scene).
+    probe : list of str
+        Circuit quantities to report, such as ["store", "i(d1)"]. `Spice` and `Compiled` only.
+    ledger : bool
+        Also report the power of each circuit element. `Spice` and `Compiled` only.
+    reltol, alone, gaussian
+        ngspice's tolerance, plain averages, and Gaussian noise. `Spice` only.
 
     Returns
     -------
     Estimate
-        in SI units for a physical scene, without units for a nondimensional one; for a list of
-        scenes a list of them, in its order.
+        Mean power (W) and mean square voltage (V^2) with their errors; dimensionless for a
+        nondimensional scene. A list of scenes gives a list.
 
     Raises
     ------
     InputError
-        for an unknown engine or option, with the nearest match, and an option that the engine would
-        ignore.
-    HarvesterError
-        of the engine.  Of several scenes the first error is raised; a note of its traceback has the scene's index in
-        the list.
+        Unknown engine or option (with the nearest match), or an option that the engine does not use.
+    CannotServeError
+        The engine does not support the scene; the message names one that does.
+    SimulationError
+        The response is unbounded, or the circuit does not converge. For several scenes the first error
+        is raised; a note of its traceback gives the index of the scene.
 
+    See Also
+    --------
+    sweep, optimise, compare
+
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> hv.run(scene).engine, f"{hv.run(scene, 'published').mean_power:.5f}"
@@ -141,13 +164,13 @@ def _run_all(
 
 
 def _share(progress: Progress | None, index: int, count: int, done: float) -> None:
-    """Tell how far a list is, where one of its entries is so far."""
+    """Report how far a list is, if one of its entries is so far."""
     if progress is not None:
         progress((index + done) / count)
 
 
 def refusals(scene: AnyScene) -> dict[str, Diagnostic | None]:
-    """Every engine with the reason why it cannot serve a scene, None where it can.
+    """Every engine with the reason why it cannot serve a scene, None if it can.
 
     An engine that is about netlists only is not listed for another load.
     """
@@ -159,16 +182,16 @@ def refusals(scene: AnyScene) -> dict[str, Diagnostic | None]:
 
 
 def serving(scene: AnyScene) -> list[str]:
-    """Names of the engines that serve a scene, the fastest first."""
+    """Names of the engines that support a scene, the fastest first."""
     return [name for name, reason in refusals(scene).items() if reason is None]
 
 
 def default_engine(scene: AnyScene, **options: Any) -> str:
-    """The engine where none is named: the cheapest to reach ``within``, else `Exact`, or one that samples.
+    """The engine if none is named: the cheapest to reach ``within``, else `Exact`, or one that samples.
 
     `Spice` looks into the circuit, as ``probe`` and ``ledger`` ask for, and knows its errors.
 
-    That is where `Exact` does not serve the scene, or the ``options`` are those of sampling.
+    That is where `Exact` does not support the scene, or the ``options`` are those of sampling.
     """
     given = {name for name, value in options.items() if value is not None}
     if given & {"probe", "ledger"}:
@@ -190,7 +213,7 @@ def default_engine(scene: AnyScene, **options: Any) -> str:
 
 
 def default_sampler(scene: AnyScene) -> str:
-    """The engine that samples where none is named: `Spice` for a netlist, else `Ensemble`."""
+    """The engine that samples if none is named: `Spice` for a netlist, else `Ensemble`."""
     return Ensemble.NAME if Problem.of(scene).netlist is None else Spice.NAME
 
 
@@ -198,11 +221,11 @@ ENGINE_OF_CIRCUITS = Spice.NAME  # where circuits are compared
 
 
 def default_engines(scene: AnyScene) -> list[str]:
-    """The engines of a sweep: for a linear scene `Exact` alone, else theories beside simulations.
+    """The engines of a sweep: for a linear scene `Exact` alone, else theories next to simulations.
 
-    With a resistor that is all that serve it, but for `Density` under coloured noise, where a point takes it up to a
-    minute.  No formula knows the power of a circuit: beside `Spice` stands the
-    circuit of ideal diodes and switches, `Ideal`, where there is one.
+    With a resistor that is all that support it, but for `Density` under coloured noise, if a point
+    takes it up to a minute.  No formula knows the circuit power: next to `Spice` stands the circuit
+    of ideal diodes and switches, `Ideal`, if there is one.
     """
     problem = Problem.of(scene)
     default, all_of_them = default_engine(problem), serving(problem)

@@ -41,6 +41,8 @@ class Slow(Request, Engine):
     within, budget, seed
         the options of `run`.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.Slow().NAME
     'slow'
@@ -52,7 +54,7 @@ class Slow(Request, Engine):
         has, and shaking other than a harmonic drive, or than white or coloured noise of a mass with
         one resting place.
     UnboundedResponseError
-        where the response grows without bound.
+        if the response grows without bound.
     """
 
     NAME = "slow"
@@ -72,7 +74,11 @@ class Slow(Request, Engine):
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
         """Why the engine cannot serve a problem; None where it can."""
-        from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
+        from harvester.storage.rectifier_cut import (
+            cut_behind_rectifier,
+            is_lossy_store,
+            is_plain_store,
+        )
 
         if (
             without := needs_one_mode(problem, cls.NAME) or needs_circuit(problem, cls.NAME)
@@ -83,7 +89,8 @@ class Slow(Request, Engine):
         if (other := needs_compiled_circuit(problem, cls.NAME)) is not None:
             return other
         assert problem.circuit is not None
-        if cut_behind_rectifier(problem.circuit) is None or is_plain_store(problem.circuit):
+        plain = is_plain_store(problem.circuit) or is_lossy_store(problem.circuit)
+        if plain or cut_behind_rectifier(problem.circuit) is None:
             return refusal("needs_chip", cls.NAME, engine=cls.NAME)
         return None
 

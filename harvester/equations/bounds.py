@@ -1,4 +1,4 @@
-"""What keeps a response from growing without bound, and the refusal of equations where nothing does."""
+"""What keeps a response from growing without bound, and the refusal of equations if nothing does."""
 
 import math
 
@@ -18,10 +18,10 @@ SLOWEST, ROUNDING = 1e-9, 1e-14
 def check_bounded(eqs: Equations, driven: bool = False) -> None:
     """Refuse a friction that feeds energy at every large amplitude, and a spring that pushes the mass away for good.
 
-    ``driven``: by a circuit that is not in the equations, and may take energy.
+    ``driven``: by a circuit that is not in the equations, and may dissipate energy.
 
     Raises UnboundedResponseError if the highest term of f(x) = c3 x^4 - c2 x^2 - c1 beyond c1 is
-    negative, where linear equations have an eigenvalue that grows, or where the spring's energy
+    negative, if linear equations have an eigenvalue that grows, or if the spring's energy
     falls without bound on a side without a stop.
     """
     feed = -eqs.friction[0]
@@ -116,7 +116,7 @@ def strongest_feed(eqs: Equations) -> float:
 def least_friction(eqs: Equations) -> float:
     """The least of f(x) over all x.
 
-    It is at rest, or where f, a polynomial of x^2, has its least value; an f that falls without end
+    It is at rest, or if f, a polynomial of x^2, has its least value; an f that falls without end
     is not counted.
     """
     if not any(eqs.friction[1:]):
@@ -134,7 +134,7 @@ def least_friction(eqs: Equations) -> float:
 def friction_bounds(eqs: Equations) -> bool:
     """Whether friction, or what impacts take between two stops, grows so that no noise makes the response endless.
 
-    Quadratic damping does where no higher term feeds energy.
+    Quadratic damping does if no higher term feeds energy.
     """
     loss = _loss_at_large_amplitude(eqs)[1]
     return loss > 0.0 or (loss == 0.0 and eqs.cv is not None)
@@ -153,8 +153,8 @@ def barriers(eqs: Equations) -> Floats:
 def surely_bounded(eqs: Equations) -> bool:
     """Whether the response has a bound for a reason that needs no simulation.
 
-    The friction grows with the amplitude; or it feeds no energy anywhere, something takes energy,
-    and the noise does not grow with x.
+    The friction grows with the amplitude; or it feeds no energy anywhere, something dissipates
+    energy, and the noise does not grow with x.
     """
     c1 = -eqs.friction[0]
     takes = c1 < 0.0 or (eqs.restitution is not None and eqs.restitution < 1.0)
@@ -165,7 +165,7 @@ def surely_bounded(eqs: Equations) -> bool:
 def _loss_at_large_amplitude(eqs: Equations) -> tuple[str, float, str]:
     """What takes (positive) or feeds (negative) energy at large amplitudes: its name, its size, and a cure.
 
-    The highest term present of f beyond c1; between two stops their losses, or the mean of f where
+    The highest term present of f beyond c1; between two stops their losses, or the mean of f if
     they lose nothing.
     """
     (low, high), friction = eqs.rigid_stops, eqs.friction

@@ -25,12 +25,11 @@ def friction_names() -> tuple[str, ...]:
 class Equations:
     """The coefficients of Eq. 2; None is an effect that is absent.
 
-    The spring is linear x + alpha2 x^2 + alpha x^3; ``linear`` None is 1.  The friction is f(x) + cv |x'|.  The stop
-    is at x = -gap (None: at rest, x = 0), rigid where ``restitution`` is given, compliant where ``stop_stiffness`` is;
-    the opposite one is rigid, at x = opposite_gap.  n1 = eps1^2 D11, n2 = eps2^2 D22 and n12 = eps1 eps2 D12 are the
-    noise intensities.
-    beta None is a voltage without force on the mass, mu None an open circuit, restitution None
-    no stop, and so on.
+    The spring is linear x + alpha2 x^2 + alpha x^3; ``linear`` None is 1.  The friction is f(x) +
+    cv |x'|.  The stop is at x = -gap (None: at rest, x = 0), rigid if ``restitution`` is given,
+    compliant if ``stop_stiffness`` is; the opposite one is rigid, at x = opposite_gap.  n1 = eps1^2
+    D11, n2 = eps2^2 D22 and n12 = eps1 eps2 D12 are the noise intensities. beta None is a voltage
+    without force on the mass, mu None an open circuit, restitution None no stop, and so on.
 
     Other shaking than white noise, one kind at most (`harvester.mechanics.kernels.shaking`): ``drive``
     cos(drive_frequency t); noise of low-frequency intensity ``coloured`` with a ``correlation_time``; or of intensity
@@ -116,19 +115,19 @@ class Equations:
 
     @property
     def spring(self) -> tuple[float, float, float]:
-        """Linear, quadratic and cubic coefficient of the spring, 0 where absent."""
+        """Linear, quadratic and cubic coefficient of the spring, 0 if absent."""
         return 1.0 if self.linear is None else self.linear, self.alpha2 or 0.0, self.alpha or 0.0
 
     @property
     def friction(self) -> tuple[float, ...]:
-        """Coefficients of 1, x^2, x^4 and so on in the friction f(x) = c3 x^4 - c2 x^2 - c1, 0 where absent."""
+        """Coefficients of 1, x^2, x^4 and so on in the friction f(x) = c3 x^4 - c2 x^2 - c1, 0 if absent."""
         return tuple(
             sign * value if (value := getattr(self, name)) else 0.0
             for name, sign in FRICTION.items()
         )
 
     def spring_force(self, x: float) -> float:
-        """Force of the spring at x; 0 at infinity, where no stop is."""
+        """Force of the spring at x; 0 at infinity, if no stop is."""
         linear, alpha2, alpha = self.spring
         return -x * (linear + x * (alpha2 + x * alpha)) if math.isfinite(x) else 0.0
 
@@ -144,10 +143,10 @@ class Equations:
 
     @property
     def rigid_stops(self) -> tuple[float, float]:
-        """Least and most x that the rigid stops allow; infinite if there is none.
+        """Least and most x that the rigid stops allow; infinite if absent.
 
-        Of several modes, and of a stop under a magnifier, they are those of the contact coordinate;
-        a ball limits none.
+        For several modes, and of a stop under a magnifier, they are those of the contact
+        coordinate; a ball limits none.
         """
         if self.has_ball:
             return -math.inf, math.inf
@@ -156,13 +155,13 @@ class Equations:
 
     @property
     def stops(self) -> tuple[float, float]:
-        """Places of the stops, rigid or compliant; infinite if there is none."""
+        """Places of the stops, rigid or compliant; infinite if absent."""
         low, high = self.rigid_stops
         return (low if self.stop_stiffness is None else -(self.gap or 0.0)), high
 
     @property
     def pressure(self) -> float:
-        """The spring's acceleration that presses the mass on a stop, the larger one of two; 0 where on none."""
+        """The spring's acceleration that presses the mass on a stop, the larger one of two; 0 if on none."""
         low, high = self.stops
         return max(0.0, -self.spring_force(low), self.spring_force(high))
 
@@ -200,7 +199,7 @@ class Equations:
 
 
 def check_one_mode(eqs: Equations) -> None:
-    """Refuse further modes and a magnifier, where equations of one mode are solved; raises CannotServeError."""
+    """Refuse further modes and a magnifier, if equations of one mode are solved; raises CannotServeError."""
     if eqs.modes is not None:
         effects = " and ".join(name for name in eqs.effects if name in SEVERAL_MODES)
         instead = "engine 'ensemble', which gives the mean power"

@@ -1,6 +1,6 @@
 """The effects that the equations may have, once each: the coefficient that brings it, and which theories know it.
 
-A theory that simplifies the equations supports a scene only where it knows all of the scene's
+A theory that simplifies the equations supports a scene only if it knows all of the scene's
 effects.  A new effect is known to none until its entry here reports it, so that none leaves it out
 in silence.  The full equations know every effect: engines `ensemble`, `ideal`, `compiled` and
 `spice`.
@@ -26,7 +26,7 @@ THEORIES = (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART, HOPPI
 class Effect:
     """An effect: its name in answers, the coefficient that is not None if it is present, and who knows it.
 
-    Of two effects with one coefficient ``when`` tells which one equations have.
+    For two effects with one coefficient ``when`` tells which one equations have.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""The order of the step's bias beside a rigid stop under white noise: below 2, for impacts come ever closer.
+"""The order of the step's bias near a rigid stop under white noise: below 2, for impacts come ever closer.
 
 A mass that leaves a stop with the speed u, so slowly that only white noise acts on it, is back with
 the speed z u, where z has the density (3/2 pi) z^(3/2)/(1 + z^3) (McKean, J. Math. Kyoto Univ. 2,
@@ -32,7 +32,7 @@ REGULAR = 2.0  # the order of the scheme where nothing lowers it
 
 
 def impact_order(r: float) -> float:
-    """The order p of the step's bias beside a stop of restitution coefficient r.
+    """The order p of the step's bias near a stop of restitution coefficient r.
 
     >>> [round(impact_order(r), 3) for r in (0.0, COLLAPSE, 0.37, 1.0)]
     [0.75, 1.0, 1.306, 2.0]
@@ -52,7 +52,7 @@ def impact_order(r: float) -> float:
 
 
 def accumulation(eqs: Equations) -> Diagnostic | None:
-    """The note that white noise makes impacts accumulate, so that none counts them; None where it does not."""
+    """The note that white noise makes impacts accumulate, so that none counts them; None if it does not."""
     stops = [r for r in (eqs.restitution, eqs.opposite_restitution) if r is not None]
     if eqs.n1 is None or min(stops, default=1.0) >= COLLAPSE:
         return None

@@ -1,4 +1,4 @@
-"""Several modes or masses: the coordinates beside that of the oscillator, nondimensional.
+"""Several modes or masses: the coordinates next to that of the oscillator, nondimensional.
 
 All coordinates y_j are scaled so that the kinetic energy is sum y_j'^2/2, in the units of the first
 mode's mass M:

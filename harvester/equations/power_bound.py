@@ -1,9 +1,9 @@
 """The most that any device of the scene's mass could take of its shaking, whatever its spring, stops and circuit.
 
-White noise of the base gives N1 = m G/4 however the mass moves (Ito's formula).  Of a finite acceleration a the rest of
-the device takes E[a x'] - c E[x'^2] <= E[a^2]/(4 c), c being the least friction, and between two rigid stops with the
-room 2 D no more than D E|a'|, because E[a x'] = -E[a' x].  Derived in docs/model.md.  (Langley, J. Sound Vib. 333,
-6521, 2014.)
+White noise of the base gives N1 = m G/4 however the mass moves (Ito's formula).  For a finite
+acceleration a the rest of the device takes E[a x'] - c E[x'^2] <= E[a^2]/(4 c), c being the least
+friction, and between two rigid stops with the room 2 D no more than D E|a'|, because E[a x'] =
+-E[a' x].  Derived in docs/model.md.  (Langley, J. Sound Vib. 333, 6521, 2014.)
 """
 
 import math
@@ -59,7 +59,7 @@ def power_bound(problem: Problem) -> PowerBound | None:
 
 
 def _mean_square(eqs: Equations) -> float:
-    """E[a^2] of the excitation beside white noise."""
+    """E[a^2] of the excitation in addition to white noise."""
     recorded = eqs.record or eqs.density
     if recorded is not None:
         return recorded.rms**2

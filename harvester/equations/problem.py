@@ -3,15 +3,20 @@
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from harvester.equations.from_scene import equations_at
 from harvester.equations.repeated_shaking import Events, events
 from harvester.equations.scales import Scales, scales
 from harvester.errors import invalid
-from harvester.netlists.load_circuit import LoadCircuit, load_circuit
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.load import Load
+from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.scene.toml import load
+
+if TYPE_CHECKING:
+    from harvester.netlists.load_circuit import LoadCircuit
 
 
 class Problem:
@@ -43,7 +48,7 @@ class Problem:
 
     @cached_property
     def plain(self) -> "Problem":
-        """The same with a load resistance, where the netlist is no more than a resistor; else itself."""
+        """The same with a load resistance, if the netlist is no more than a resistor; else itself."""
         resistance = (
             None if self.netlist is None or self.circuit is None else self.circuit.resistance
         )
@@ -74,9 +79,17 @@ class Problem:
         shaking = self.scene.excitation
         return None if shaking is None or shaking.profile is None else events(self.scene)
 
+    @property
+    def value_warnings(self) -> list[Diagnostic]:
+        """Warnings of probably unintended values, in the scene and in its netlist."""
+        circuit = self.circuit if self.netlist else None
+        return [*unusual_values(self.scene), *(circuit.value_warnings if circuit else ())]
+
     @cached_property
-    def circuit(self) -> LoadCircuit | None:
+    def circuit(self) -> "LoadCircuit | None":
         """The load as a circuit for ngspice, None for an open one; InputError for a netlist that cannot be used."""
+        from harvester.netlists.load_circuit import load_circuit
+
         if self.scene.load is not None:
             return load_circuit(self.scene.load, self.scales.capacitance)
         mu = self.equations.mu  # of a nondimensional scene

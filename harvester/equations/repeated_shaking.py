@@ -15,7 +15,6 @@ from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.profiles.catalogue import PROFILES
 from harvester.records.profiles.lines_and_shocks import SHOCKS, STEP_RATE, machine, shock, walking
 from harvester.records.profiles.standard_curves import density
-from harvester.records.record_files import read_density, read_record
 from harvester.records.records import Record, TabulatedDensity
 from harvester.scene.modal_parameters import ModalParameters
 from harvester.scene.scene import Scene
@@ -28,8 +27,9 @@ LEFT, SMALLEST = 1e-4, 1e-12
 class Events:
     """Shocks or steps that shake the base, ``rate`` of them a second.
 
-    Where a ``single`` one is meant, ``memory`` is by what part its energy depends on the one before.  ``briefest`` is
-    the time in s that a shock changes in: its duration, or half a turn of its sine; None for steps.
+    If a ``single`` one is meant, ``memory`` is by what part its energy depends on the one before.
+    ``briefest`` is the time in s that a shock changes in: its duration, or half a turn of its sine;
+    None for steps.
     """
 
     rate: float
@@ -44,7 +44,7 @@ class Events:
 
 
 def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
-    """The base's acceleration in time, and its density, in SI units; None each where the scene has none.
+    """The base's acceleration in time, and its density, in SI units; None each if the scene has none.
 
     Raises InputError for a file that cannot be read, and for a profile whose numbers do not go
     together.
@@ -55,6 +55,10 @@ def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | No
     if excitation.profile is not None:
         return _by_name(scene)
     file, table = excitation.acceleration_file, excitation.acceleration_psd_file
+    if file is None and table is None:
+        return None, None
+    from harvester.records.record_files import read_density, read_record
+
     return None if file is None else read_record(file), None if table is None else read_density(
         table
     )

@@ -1,4 +1,4 @@
-"""The scales that turn nondimensional numbers into SI, of a scene or of the device that stands in for one."""
+"""The scales that turn nondimensional numbers into SI, of a scene or of the device that is in for one."""
 
 import math
 from dataclasses import dataclass

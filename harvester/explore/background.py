@@ -53,7 +53,7 @@ class Background:
                 self._process.stdin.close()
 
     def _listen(self) -> None:
-        """Hand on what the process says; at its end, that it ended without a word where it did."""
+        """Hand on what the process says; at its end, that it ended without a word if it did."""
         ended = False
         with self._process as process:
             for line in process.stdout or ():

@@ -13,7 +13,7 @@ PACKETS = "packets per hour"  # this fact of a design is known once its node was
 
 
 def of_path(scene: Scene, path: dict[str, Any]) -> dict[str, str]:
-    """The largest displacement, voltage and, where the scene has it, strain of a path of `in_worker.path`."""
+    """The largest displacement, voltage and, if the scene has it, strain of a path of `in_worker.path`."""
     length, volt = ("m", "V") if path["physical"] else ("", "")
     far, high = (max(map(abs, path[name])) for name in ("x", "V"))
     known = {"largest displacement": amount(far, length), "largest voltage": amount(high, volt)}
@@ -65,13 +65,13 @@ def sentence(path: dict[str, Any], sizes: dict[str, str]) -> str:
 
 
 class Beside:
-    """What is known of the designs that a page shows: the present one, and the pinned one."""
+    """The known part of the designs that a page shows: the present one, and the pinned one."""
 
     def __init__(self) -> None:
         self._known: dict[str, dict[str, str]] = {}
 
     def of(self, tables: dict[str, Any]) -> dict[str, str]:
-        """What is known of a design, by its name."""
+        """The known part of a design, by its name."""
         return self._known.get(_design(tables), {})
 
     def add(

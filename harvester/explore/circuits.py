@@ -6,8 +6,6 @@ _PIEZO = "M10 8V18M4 18H16M4 18V28H16V18M10 28V38"  # a body between two electro
 _RESISTOR = "M{x} 8V14M{a} 14H{b}V32H{a}ZM{x} 32V38"
 _CAPACITOR = "M{x} 8V20M{a} 20H{b}M{a} 25H{b}M{x} 25V38"
 _DIAMOND = "M{l} 23L{m} 12L{r} 23L{m} 34ZM{p} 19.5L{q} 23L{p} 26.5ZM{q} 19.5V26.5"
-_SWITCH = "M{a} {y}H{b}L{c} {z}M{d} {y}H{e}"
-_COIL = "M{a} {y}q2 -7 4 0q2 -7 4 0q2 -7 4 0"
 
 
 def _resistor(x: int) -> str:

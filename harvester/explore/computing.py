@@ -51,26 +51,26 @@ class Shown(Protocol):
     """What is done with the answers, on the server's thread: see `harvester.explore.page.Explorer`."""
 
     def show(self, request: PageRequest, snapshot: Live, rested: bool) -> None:
-        """Draw what the formulas say; in all its words where the knobs have ``rested``.
+        """Draw what the formulas say; in all its words if the knobs have ``rested``.
 
         Without ``serving`` it is that of a circuit whose power is to be drawn first.
         """
         ...
 
     def show_power(self, request: PageRequest, answer: dict[str, Any]) -> None:
-        """Draw and say what the circuit itself gives; ``error``: why that is not known."""
+        """Draw and state what the circuit itself gives; ``error``: why that is not known."""
         ...
 
     def mean(self, text: str, warnings: list[str]) -> None:
-        """Say what the numbers mean."""
+        """State what the numbers mean."""
         ...
 
     def fail(self, text: str) -> None:
-        """Say that there is no answer, and why."""
+        """State that there is no answer, and why."""
         ...
 
     def say_of_path(self, text: str) -> None:
-        """Say how it stands with the path."""
+        """State how it stands with the path."""
         ...
 
     def show_path(self, request: PageRequest, path: dict[str, Any]) -> None:
@@ -78,7 +78,7 @@ class Shown(Protocol):
         ...
 
     def show_life(self, request: PageRequest, life: dict[str, Any]) -> None:
-        """Say how the node lives; ``error``: why that is not known."""
+        """State how the node lives; ``error``: why that is not known."""
         ...
 
 
@@ -112,7 +112,7 @@ class Computing:
             work.close()
 
     def _compute(self, request: PageRequest, overtaken: Overtaken) -> None:
-        """In a thread: the curves, coarse, and when the knobs rest, fine; each where nothing newer waits.
+        """In a thread: the curves, coarse, and when the knobs rest, fine; each if nothing newer waits.
 
         A knob that is the axis itself moves the working point along a curve that is known.
         """
@@ -153,7 +153,7 @@ class Computing:
     def _show(
         self, request: PageRequest, snapshot: Live | None, rested: bool, more: bool = False
     ) -> None:
-        """Hand what the formulas say to the page; where ``more`` is to come, with the others' curves as they were."""
+        """Hand what the formulas say to the page; if ``more`` is to come, with the others' curves as they were."""
         if snapshot is not None:
             shown = self._shown
             if (
@@ -219,7 +219,7 @@ class Computing:
         return answer
 
     def _foresee(self, request: PageRequest, overtaken: Overtaken) -> None:
-        """What the other circuits would give, which is there at once where one of them is chosen."""
+        """What the other circuits would give, which is there at once if one of them is chosen."""
         for name in circuits.names() if request.draft.physical else ():
             draft = request.draft.copy()
             if overtaken() or self._ended.is_set():

@@ -1,4 +1,4 @@
-"""What can be taken away from the page: the scene file, the figure, the report."""
+"""What can be removed from the page: the scene file, the figure, the report."""
 
 import dataclasses
 from typing import Any

@@ -1,4 +1,4 @@
-"""The scene that a page works on: every key as the text that stands in its field, and what is switched on.
+"""The scene that a page works on: every key as the text that is in its field, and what is switched on.
 
 Long because keys, effects, circuit and files of a scene are one state, which is read and written as
 a whole.
@@ -39,12 +39,12 @@ load = { resistance = "1 Mohm" }
 
 
 class Draft:
-    """A scene under edit: it may be wrong at any moment, and `scene` says what is wrong.
+    """A scene under edit: it may be wrong at any moment, and `scene` states what is wrong.
 
     ``texts`` are those of all keys that were ever present, in or out of the scene; ``on`` the
     effects that are switched on; ``netlist`` the circuit, None for a resistance (or none);
-    ``files`` the paths of records by key; ``words`` the keys that are no number; ``load`` what a
-    flat netlist needs besides; ``untouched`` the texts of elements as a user's own netlist has
+    ``files`` the paths of records by key; ``words`` the keys that are not number; ``load`` what a
+    flat netlist needs in addition; ``untouched`` the texts of elements as a user's own netlist has
     them.
     """
 
@@ -254,6 +254,14 @@ class Draft:
             return self.words[key]
         return in_file(key, self.texts[key]) if key in self.texts else None
 
+    def check_knobs(self) -> None:
+        """Raise InputError for a netlist or a link with more parameters than a page has knobs."""
+        if (count := len(self.parameters)) > MOST_KNOBS:
+            raise InputError(
+                f"a netlist must have at most {MOST_KNOBS} parameters, each a knob here, "
+                f"but has {count}"
+            )
+
     def scene(self) -> Scene:
         """The scene; InputError with the first thing that is wrong."""
         return Scene(**self.tables())
@@ -292,7 +300,7 @@ def _taken(tables: dict[str, Any]) -> dict[str, Any]:
 
 
 def first() -> Draft:
-    """The draft that a page begins with where no scene is given."""
+    """The draft that a page begins with if no scene is given."""
     return Draft(loads(FIRST), tomllib.loads(FIRST))
 
 

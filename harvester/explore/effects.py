@@ -10,9 +10,9 @@ from harvester.scene.keys import keys
 class EffectCard:
     """An effect of a scene: present with all of its keys, or absent.
 
-    ``table`` is the card of the page that it stands in, ``keys`` are whole names such as ``stop.gap``.  Of the effects
-    with the same ``choice`` one is present at most.  One that ``needs`` another, by its label or its choice, is
-    absent if that is.  A ``fixed`` one cannot be switched off.
+    ``table`` is the card of the page that it is in, ``keys`` are whole names such as ``stop.gap``.
+    For the effects with the same ``choice`` one is present at most.  One that ``needs`` another, by
+    its label or its choice, is absent if that is.  A ``fixed`` one cannot be switched off.
     """
 
     table: str

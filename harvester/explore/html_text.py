@@ -66,7 +66,7 @@ def without_knobs(tables: Iterable[str]) -> str:
 class Power(NamedTuple):
     """The power at a working point, of the engine nearest to the truth: in W or nondimensional, as ``unit`` says.
 
-    ``error`` is what is known of its 95 % error, None if nothing is; ``known`` states that this is
+    ``error`` is the known part of its 95 % error, None if nothing is; ``known`` states that this is
     all of it; ``share`` is that of the most that any device of this mass could take, None if no
     bound applies.
     """
@@ -104,7 +104,7 @@ def headline(
 ) -> str:
     """The working point in large letters: its power with the total error, and what is known ``beside`` it.
 
-    Where it is not known the page reports it, and ``why``, or that it is being computed.
+    If it is not known the page reports it, and ``why``, or that it is being computed.
     """
     power = power_here(live, runs)
     if power is not None:

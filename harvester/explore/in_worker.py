@@ -127,7 +127,7 @@ def elsewhere(
 
     The ``patience`` is in seconds; ``first``: in a process that others give way to.
 
-    Raises HarvesterError as the ``job``, and RuntimeError of loky's where the worker dies.
+    Raises HarvesterError as the ``job``, and RuntimeError of loky's if the worker dies.
     """
     idle, job = (_quick, job) if first else (_idle, partial(_behind, job))
     future, process = processes.submit_to_one(idle, _new, job, arguments)

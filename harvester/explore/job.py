@@ -20,7 +20,7 @@ SELDOM = 0.1  # seconds between two reports of the fraction
 
 
 def main() -> None:
-    """Run the engine and tell how far it is; an error of any kind is one line."""
+    """Run the engine and report how far it is; an error of any kind is one line."""
     tables = json.loads(sys.stdin.readline())
     threading.Thread(target=_end_with_stdin, daemon=True).start()
     try:

@@ -105,7 +105,7 @@ class Knob:
 
 
 class WordKnob:
-    """A key that is no number: a choice of names for a profile, else a text."""
+    """A key that is not a number: a choice of names for a profile, else a text."""
 
     def __init__(self, draft: Draft, key: str, changed: Changed) -> None:
         self.draft = draft

@@ -26,7 +26,7 @@ _CARDS = {
 
 
 class Knobs:
-    """All cards of a draft; ``changed`` is called after each change, with an error where a text could not be read."""
+    """All cards of a draft; ``changed`` is called after each change, with an error if a text could not be read."""
 
     def __init__(self, draft: Draft, changed: Changed) -> None:
         self.draft = draft

@@ -12,7 +12,7 @@ T = TypeVar("T")
 class Newest(Generic[T]):
     """Runs ``work(request, overtaken)`` in a pool, one request at a time, always the newest.
 
-    The work tells of its own errors: one that it raises is lost, and the next request goes on.
+    The work tells of its own errors: one that it raises is lost, and the next request continues.
 
     ``overtaken()`` tells the work that a newer request waits, so that it may end early.  `ask` never waits.
     """

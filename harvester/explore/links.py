@@ -22,13 +22,19 @@ def opened(text: str) -> Draft:
     """The draft that a link holds.
 
     Raises InputError for what is no such link, and as `harvester.scene.toml.loads`, also for files
-    of its own.
+    of its own, and for more parameters than uploads may have.
     """
+    reader = zlib.decompressobj()
     try:
-        scene = (
-            zlib.decompressobj().decompress(base64.urlsafe_b64decode(text), MOST_LETTERS).decode()
-        )
+        scene = reader.decompress(base64.urlsafe_b64decode(text), MOST_LETTERS).decode()
     except (ValueError, zlib.error):
         raise InputError("the link must hold a scene, but was cut off or changed") from None
+    if not reader.eof:  # nothing of it is read: the first part may be another scene
+        raise InputError(
+            f"the link must hold a scene of at most {MOST_LETTERS} letters, "
+            "but holds more, or was cut off"
+        )
     with tempfile.TemporaryDirectory() as empty:
-        return Draft.of_text(scene, Path(empty))
+        draft = Draft.of_text(scene, Path(empty))
+    draft.check_knobs()
+    return draft

@@ -37,9 +37,10 @@ DRAWN = 97  # points of a curve through fewer
 class PowerCurve:
     """The mean power of an engine over the key, in W or nondimensional.
 
-    ``x``, ``power``, ``low`` and ``high`` have shape (n,): the places, the power, and its ends with the error that the
-    engine states (the power itself where it states none).  ``answers`` are those of the points that were computed, by
-    place; between them the curve is a cubic through their logarithms.
+    ``x``, ``power``, ``low`` and ``high`` have shape (n,): the places, the power, and its ends with
+    the error that the engine states (the power itself if it states none).  ``answers`` are those of
+    the points that were computed, by place; between them the curve is a cubic through their
+    logarithms.
     """
 
     x: Floats
@@ -53,9 +54,10 @@ class PowerCurve:
 class Live:
     """What the formulas say of a scene: a curve each, the answer at the working point, or why there is none.
 
-    ``instead`` says that the load is a netlist, which no formula knows: the curves are those of a resistor of the same
-    resistance in its place.  ``earlier`` names the curves that are of the design before, until they are computed.
-    ``serving`` has why each engine cannot support the scene, None if it can; nothing while that is not known.
+    ``instead`` states that the load is a netlist, which no formula knows: the curves are those of a
+    resistor of the same resistance in its place.  ``earlier`` names the curves that are of the
+    design before, until they are computed. ``serving`` has why each engine cannot support the
+    scene, None if it can; nothing while that is not known.
     """
 
     problem: Problem
@@ -90,9 +92,10 @@ def live(
 ) -> Live | None:
     """The answers of the formulas to a scene whose ``key`` is ``at``; on a ``fine`` grid, or on one that is quick.
 
-    Ends with None once it is ``overtaken``.  ``curves`` are those of the same scene at another value of the key, where
-    they are known already: then the working point alone is computed.  ``first``: only by the formula that is nearest
-    to the truth.  ``known`` is such an answer, to which the other formulas are added.
+    Ends with None once it is ``overtaken``.  ``curves`` are those of the same scene at another
+    value of the key, if they are known already: then the working point alone is computed.
+    ``first``: only by the formula that is nearest to the truth.  ``known`` is such an answer, to
+    which the other formulas are added.
 
     Raises InputError for a scene that cannot be.
     """
@@ -181,7 +184,7 @@ def best(here: dict[str, Estimate]) -> Estimate | None:
 def _answers(
     engine: Engine, scene: Scene, key: str, values: Floats, overtaken: Callable[[], bool]
 ) -> tuple[Estimate | HarvesterError, dict[float, Estimate]] | None:
-    """The answer to the scene as it stands, and those at the values if there are any, in their order.
+    """The answer to the scene unchanged, and those at the values if there are any, in their order.
 
     The first values are computed together with the scene, for hardly more than it alone.  None once it is overtaken.
     """

@@ -125,7 +125,7 @@ class Explorer:
         self._computing.ask(self._request)
 
     def _axis(self) -> tuple[str, float, Slide]:
-        """The key of the axis, its value and its range; the load where the key that was chosen is gone."""
+        """The key of the axis, its value and its range; the load if the key that was chosen is gone."""
         options = self.draft.present_keys()
         if not options:
             raise InputError(
@@ -139,33 +139,33 @@ class Explorer:
         return key, self.draft.value(key), self.knobs.slide_of(key)
 
     def fail(self, text: str) -> None:
-        """Say that there is no answer, and why."""
+        """State that there is no answer, and why."""
         self.error.object = html_text.problem_line(text)
 
     def say_of_path(self, text: str) -> None:
-        """Say how it stands with the path."""
+        """State how it stands with the path."""
         self.path_told.object = f'<div class="by">{escape(html_text.plain(text))}</div>'
 
     def show_path(self, request: PageRequest, path: dict[str, Any]) -> None:
-        """Draw a path, and say beside the power how far it went."""
+        """Draw a path, and say next to the power how far it went."""
         self.paths.show(path)
         sizes = of_path(request.scene, path)
         self.say_of_path(sentence(path, sizes))
         self._known_beside(request, {f"{name} of a path": size for name, size in sizes.items()})
 
     def show_life(self, request: PageRequest, life: dict[str, Any]) -> None:
-        """Say how the node lives of the device, as a table and beside the power."""
+        """State how the node lives of the device, as a table and next to the power."""
         self.life.object = html_text.life(life)
         if "error" not in life:
             self._known_beside(request, life["short"])
 
     def _known_beside(self, request: PageRequest, facts: dict[str, str]) -> None:
-        """Keep what is known beside the power of a design, of those that are shown, and say it."""
+        """Keep what is known next to the power of a design, of those that are shown, and say it."""
         self._beside.add(request.tables, facts, self.pinned[0] if self.pinned else None)
         self._draw_words()
 
     def soon(self, action: Callable[[], None]) -> None:
-        """Call a function on the server's thread, where the page may be changed; nothing where the page is gone."""
+        """Call a function on the server's thread, where the page may change; nothing if it is gone."""
         document = self.document
         if document is None or document.session_context is None or self._ended.is_set():
             return
@@ -179,8 +179,9 @@ class Explorer:
     def show(self, request: PageRequest, snapshot: Live, rested: bool) -> None:
         """Draw what the formulas say, and let those engines be run that support the scene.
 
-        Tables make the browser lay out the whole page anew, and wait until the knobs have ``rested``.  Where it is not
-        known yet which engines support it, the picture waits for the power of its circuit.
+        Tables make the browser lay out the whole page anew, and wait until the knobs have
+        ``rested``.  If it is not known yet which engines support it, the picture waits for the
+        circuit power.
         """
         self.live, self._drawn = snapshot, request
         self._beside.add(
@@ -191,7 +192,7 @@ class Explorer:
             self._draw(rested)
 
     def show_power(self, request: PageRequest, answer: dict[str, Any]) -> None:
-        """Draw and say what the circuit itself gives; ``error``: why that is not known."""
+        """Draw and state what the circuit itself gives; ``error``: why that is not known."""
         if "error" in answer:
             self._unknown = request.tables, answer["error"]
         else:
@@ -201,19 +202,19 @@ class Explorer:
         self._draw(self._answered == self._drawn.tables)
 
     def _show_chip(self, request: PageRequest, details: dict[str, float]) -> None:
-        """Show how a chip's load and store live, as a table and beside the power."""
+        """Show how a chip's load and store live, as a table and next to the power."""
         circuit = self.live.problem.circuit if self.live is not None else None
         rows = of_chip(details, {} if circuit is None else circuit.values)
         self.life.object = html_text.life({"heads": ("the chip", ""), "rows": rows, "remarks": []})
         self._beside.add(request.tables, dict(rows[:2]), self.pinned[0] if self.pinned else None)
 
     def mean(self, text: str, warnings: list[str]) -> None:
-        """Say what the numbers mean."""
+        """State what the numbers mean."""
         self.meaning.object, self._warnings = text, warnings
         self._draw_words()
 
     def _draw(self, rested: bool = True) -> None:
-        """Draw what is known, and say it in all its words where the knobs have ``rested``."""
+        """Draw what is known, and state it in all its words if the knobs have ``rested``."""
         if self.live is None:
             return
         self._draw_words(rested)

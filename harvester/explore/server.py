@@ -27,6 +27,7 @@ from harvester.explore.page import Explorer
 HOST = "127.0.0.1"  # only this machine reaches it
 # seconds that a thread which computes may keep the one that draws waiting; Python's own is 0.005
 SWITCH = 0.001
+MOST_PAGES = 50  # at a time; one that nobody looks at ends after half a minute
 MOST_BYTES = 80_000_000  # of a message: a file of `uploads.MOST_BYTES`, as text
 
 
@@ -41,8 +42,8 @@ class Frame(pn.Template):  # type: ignore[misc]
 class Server:
     """A server that is ready to be started on one address of this machine; ``url`` is its page with the token.
 
-    Raises InputError for a ``host`` that is no address of this machine, and for a ``port`` that is
-    taken.
+    Raises InputError for a ``host`` that is not an address of this machine, and for a ``port`` that
+    is taken.
     """
 
     def __init__(self, first: Callable[[], Draft], port: int, host: str = HOST) -> None:
@@ -86,7 +87,9 @@ class Server:
             start=False,
             verbose=False,
         )
-        self._server._http.request_callback = Guard(self._server._tornado, token, hosts)
+        self._server._http.request_callback = Guard(
+            self._server._tornado, token, hosts, lambda: len(self._pages) >= MOST_PAGES
+        )
         quieten(token)
         self.url = f"http://{hosts[0]}/{token}/"
 

@@ -1,4 +1,4 @@
-"""Where a slider stands for a value: by ratio for quantities over decades, evenly for a share of 1."""
+"""Where a slider represents a value: by ratio for quantities over decades, evenly for a share of 1."""
 
 import math
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ _NARROW = ("oscillator.mass", "oscillator.stiffness")
 
 @dataclass(frozen=True)
 class Slide:
-    """The values from ``low`` to ``high`` at the places 0 to `STEPS`; by ratio, times ``sign``, where ``by_ratio``."""
+    """The values from ``low`` to ``high`` at the places 0 to `STEPS`; by ratio, times ``sign``, if ``by_ratio``."""
 
     low: float
     high: float

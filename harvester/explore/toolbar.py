@@ -52,7 +52,7 @@ class PinBar:
         self.view = pn.Row(button("Pin this design", "pin", pin), self._unpin, margin=0)
 
     def show(self, pinned: bool) -> None:
-        """Show "Unpin" where a design is pinned."""
+        """Show "Unpin" if a design is pinned."""
         self._unpin.visible = pinned
 
 
@@ -87,7 +87,7 @@ class FilesBar:
         self.save = column(self.link, flow(*self.buttons), self.failed)
 
     def show_link(self) -> None:
-        """Show the address that opens the page with this very design; none where it needs files."""
+        """Show the address that opens the page with this very design; none if it needs files."""
         held = links.held(self._page.draft)
         self.link.object = (
             '<div class="by">A design with files of its own has no link: save the scene.</div>'

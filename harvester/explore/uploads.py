@@ -8,9 +8,10 @@ import re
 from pathlib import Path
 
 from harvester.errors import InputError, shown
-from harvester.explore.draft import MOST_KNOBS, PARAMETER, Draft
+from harvester.explore.draft import Draft
 from harvester.machine import files
 from harvester.records.cleaning import clean
+from harvester.records.record_facts import RecordFacts
 from harvester.studies.record import record_spectra
 
 KINDS = (".toml", ".csv", ".cir")
@@ -21,7 +22,7 @@ _NAME = re.compile(r"[A-Za-z0-9][\w.+ -]{0,99}")
 def keep(folder: Path, names: list[str], contents: list[bytes]) -> list[Path]:
     """Write files into the session's folder.
 
-    Raises InputError for a name that is none of a plain file of `KINDS`, and for too many bytes.
+    Raises InputError for a name that is not one of a plain file of `KINDS`, and for too many bytes.
     """
     if sum(file.stat().st_size for file in folder.iterdir()) + sum(map(len, contents)) > MOST_BYTES:
         raise InputError(
@@ -41,8 +42,8 @@ def keep(folder: Path, names: list[str], contents: list[bytes]) -> list[Path]:
 def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
     """The draft with what the files bring, and what to tell of them: a scene first, then its netlist and record.
 
-    ``axis`` is that of a record with several columns, empty for the only one.  Raises InputError in one line for what
-    cannot be used; the draft that was given stays as it was.
+    ``axis`` is that of a record with several columns, empty for the only one.  Raises InputError in
+    one line for anything that cannot be used; the draft that was given stays as it was.
     """
     draft = draft.copy()
     messages = list[str]()
@@ -59,10 +60,7 @@ def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
             case _:
                 draft.own_netlist(str(path))
                 messages.append(f"netlist {path.name}")
-    if (count := sum(key.startswith(PARAMETER) for key in draft.texts)) > MOST_KNOBS:
-        raise InputError(
-            f"a netlist must have at most {MOST_KNOBS} parameters, each a knob here, but has {count}"
-        )
+    draft.check_knobs()
     draft.scene()
     return draft, messages
 
@@ -81,7 +79,7 @@ def _record(draft: Draft, path: Path, axis: str) -> list[str]:
             "a record must go with a scene in SI units, but this one is nondimensional"
         )
     try:
-        report = record_spectra(clean(str(path), axis or None, None))
+        report = record_spectra(clean(str(path), RecordFacts(axis=axis or None)))
     except InputError as error:
         raise InputError(
             str(error).replace("FILE", path.name).replace("--axis", "the field 'axis'")

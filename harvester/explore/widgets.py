@@ -21,7 +21,7 @@ def column(*inside: Any, **look: Any) -> Any:
 
 
 def flow(*inside: Any, **look: Any) -> Any:
-    """Parts beside each other, and below if there is no room."""
+    """Parts next to each other, and below without room."""
     return pn.FlexBox(*inside, **_WIDE | look)
 
 

@@ -50,7 +50,7 @@ def charging(answer: ChargingShape, title: str | None) -> Plot:
 
 
 def _called(answer: ChargingShape) -> str:
-    """The probe as an axis names it: a node by what is measured there, an expression as it stands."""
+    """The probe as an axis names it: a node by what is measured there, an expression unchanged."""
     kind = {"V": "voltage of ", "A": "current of ", "W": "power of "}.get(answer.unit, "")
     return answer.probe if "(" in answer.probe else f"{kind}{answer.probe}"
 

@@ -113,7 +113,7 @@ def comparison(
 
 
 def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
-    """Draw each engine's mean power with its error, and write both beside it."""
+    """Draw each engine's mean power with its error, and write both next to it."""
     values = [e.mean_power.value for e in estimates]
     x = scale("mean power", estimates[0].unit_names.power, values)
     for row, answer in enumerate(estimates):
@@ -201,8 +201,9 @@ def _label(answer: EstimateShape) -> str:
 def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) -> Plot:
     """Draw total error against seconds: points of (engine, seconds, relative error, whether on the Pareto front).
 
-    Each engine, `MOST_ENGINES` at most, has a line through those of its points that none of its own beats, with its
-    name beside it.  What was measured without control variates or pairing is a hollow mark of the same colour.
+    Each engine, `MOST_ENGINES` at most, has a line through those of its points that none of its own
+    beats, with its name in addition to it.  What was measured without control variates or pairing
+    is a hollow mark of the same colour.
     """
     shown = [
         (*engine.partition(", ")[::2], seconds, 100.0 * error, best)

@@ -1,4 +1,4 @@
-"""Labels that stand beside what they name, where they cover neither data nor each other."""
+"""Labels that are next to what they name, if they cover neither data nor each other."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class Label:
 
 
 def write_labels(axes: Axes, labels: Sequence[Label]) -> None:
-    """Write each label beside one of its marks: inside the axes, off all lines, marks and labels where there is room.
+    """Write each label next to one of its marks: inside the axes, off all lines, marks and labels if there is room.
 
     The axes must be complete, since their limits and the layout of the figure decide what covers
     what.

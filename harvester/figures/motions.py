@@ -130,7 +130,7 @@ def _over_time(column: Any, drawn: _Drawn) -> None:
 
 
 def _impacts_and_stops(here: Any, drawn: _Drawn) -> None:
-    """Mark the impacts and the stops beside the displacement."""
+    """Mark the impacts and the stops next to the displacement."""
     hits = drawn.path.impacts[drawn.path.impacts[:, 0] >= drawn.end - drawn.path.shown]
     if drawn.stops and 0 < len(hits) <= _MOST:
         at = np.where(hits[:, 1] > 0.0, drawn.stops[0], drawn.stops[-1])
@@ -176,7 +176,7 @@ def _densities(column: Any, drawn: _Drawn) -> None:
 
 
 def _but_rounding(probe: Floats, path: MotionShape, of_voltage: bool) -> Floats:
-    """A probe, or zeros where all of it is what rounding leaves of a difference of two nodes' voltages.
+    """A probe, or zeros if all of it is what rounding leaves of a difference of two nodes' voltages.
 
     Such as the output of a chip that does not run yet: femtovolts on an axis of its own would look
     like a signal.
@@ -188,7 +188,7 @@ def _but_rounding(probe: Floats, path: MotionShape, of_voltage: bool) -> Floats:
 def _between(path: MotionShape, start: float, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     """At most `_DOTS` places after the time ``start``, at times without a common period, so that they make no spokes.
 
-    They lie on the lines between readings; none is taken where an impact turned the velocity
+    They lie on the lines between readings; none is taken if an impact turned the velocity
     between two readings.
     """
     count = min(int(np.sum(path.time >= start)), _DOTS)
@@ -218,7 +218,7 @@ def time_spent(values: Floats, edges: Floats) -> Floats:
 def bins(values: Floats) -> Floats:
     """The edges of the density's bins, shape (n + 1,): from the least to the largest value.
 
-    Of what stands still but for rounding they lie about it, half as far as it is from zero.
+    For what rests but for rounding they lie about it, half as far as it is from zero.
     """
     low, high = float(values.min()), float(values.max())
     size = max(abs(low), abs(high))

@@ -102,14 +102,14 @@ def optimum(answer: OptimumShape, title: str | None) -> Plot:
 
 
 def _sound(answer: OptimumShape) -> tuple[list[EvaluationShape], int]:
-    """The engine's evaluations that have an answer: those that are sound, or all where none is; how many are left."""
+    """The engine's evaluations that have an answer: those that are sound, or all if none is; how many are left."""
     known = [p for p in answer.own_points if p.power is not None]
     sound = [p for p in known if p.is_sound] or known
     return sound, len(known) - len(sound)
 
 
 def _star(answer: OptimumShape) -> str:
-    """What the star is, with its numbers: no optimum where most of the range was never looked at."""
+    """What the star is, with its numbers: no optimum if most of the range was never looked at."""
     what = "optimum" if answer.scanned else "highest so far: the scan was cut short"
     power = in_words(answer.estimate.mean_power, answer.estimate.unit_names.power)
     values = (
@@ -179,7 +179,7 @@ def _local_fit(here: Axes, key: BestKeyShape, evaluations: _Evaluations, colour:
 
 
 def _plane(here: Axes, answer: OptimumShape, evaluations: _Evaluations, label: str) -> None:
-    """Draw a smooth map over two keys, made as they were searched: by ratio where the axis is logarithmic."""
+    """Draw a smooth map over two keys, made as they were searched: by ratio if the axis is logarithmic."""
     first, second = answer.keys
     ranges = zip((here.xaxis, here.yaxis), (first.range, second.range), strict=True)
     by = [mark(axis, r.key, [r.low, r.high], r.logarithmic) for axis, r in ranges]

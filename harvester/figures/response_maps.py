@@ -79,7 +79,7 @@ def _bar(bar: Colorbar, by_ratio: bool) -> None:
 
 
 def _colours(powers: Sequence[Floats]) -> Normalize:
-    """Colours that go by ratio where powers differ by `DECADES` or more."""
+    """Colours that go by ratio if powers differ by `DECADES` or more."""
     top = max(float(power.max()) for power in powers)
     least = min(float(power[power > 0.0].min(initial=np.inf)) for power in powers)
     low = max(least, top / DEEPEST)
@@ -87,7 +87,7 @@ def _colours(powers: Sequence[Floats]) -> Normalize:
 
 
 def _heights(panel: Axes, key: str, values: Floats) -> Floats:
-    """The values of the key on the panel's axis, which goes by ratio where they differ tenfold."""
+    """The values of the key on the panel's axis, which goes by ratio if they differ tenfold."""
     panel.grid(False)
     logarithmic = values[0] > 0.0 and values[-1] >= 10.0 * values[0]
     return values / mark(panel.yaxis, key, values, bool(logarithmic))

@@ -45,9 +45,9 @@ Curve = tuple[ResponseShape, str, dict[str, Any]]  # a response, its direction, 
 def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = False) -> Plot:
     """Draw power, RMS voltage, RMS displacement and phases, with a bar for each half-power bandwidth of one response.
 
-    Up and down are one curve if they cannot be told apart.  Several responses differ in colour; of many values of
-    one key the power is drawn as a map (`response_maps`).  ``per_g``: power over the square of the base's amplitude in
-    g, voltage and displacement over it.
+    Up and down are one curve if they cannot can be distinguished.  Several responses differ in
+    colour; for many values of one key the power is drawn as a map (`response_maps`).  ``per_g``:
+    power over the square of the base's amplitude in g, voltage and displacement over it.
     """
     if is_map(answers):
         return response_map(answers, title, per_g)
@@ -99,7 +99,7 @@ def _close(all_panels: Sequence[Any], panels: int, columns: int, label: str) -> 
 
 
 def _curves(answer: ResponseShape, answers: Sequence[ResponseShape]) -> list[Curve]:
-    """The curves of one of several responses: one where its directions are alike, with their looks."""
+    """The curves of one of several responses: one if its directions are alike, with their looks."""
     values = list(dict.fromkeys(_values(a) for a in answers))
     if (number := values.index(_values(answer))) >= MOST_CURVES:
         return []

@@ -88,8 +88,8 @@ class DesignShape(Protocol):
 class MotionShape(Protocol):
     """One path; rows of ``impacts``, shape (m, 2), are (time, speed), and ``shown`` is the length of its last part.
 
-    ``probes`` are further quantities of the circuit by name, with their units.  ``hides_noise``: the base has white
-    noise beside its ``acceleration``, which has no value at a time.
+    ``probes`` are further quantities of the circuit by name, with their units.  ``hides_noise``:
+    the base has white noise in addition to its ``acceleration``, which has no value at a time.
     """
 
     @property

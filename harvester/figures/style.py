@@ -1,7 +1,7 @@
 """The look of all figures: fonts, sizes and lines.
 
 Drawn 152 mm wide with letters of 9 points and more, which a phone 390 pixels wide still shows 8
-pixels tall.  Text is taken as it stands (a title may hold a dollar sign), so units are written in
+pixels tall.  Text is taken unchanged (a title may hold a dollar sign), so units are written in
 Unicode.  How each engine looks is in `harvester.presentation.engine_look`.
 """
 
@@ -92,7 +92,7 @@ class Plot(Figure):
 
 
 def _widen(here: Axes) -> None:
-    """Widen the x axis where all points have one place, which rounding may leave a width of nearly nothing."""
+    """Widen the x axis if all points have one place, which rounding may leave a width of nearly nothing."""
     low, high = sorted(here.get_xlim())
     if high - low < _ONE_PLACE * abs(high):
         here.set_xlim(low / 2.0, 2.0 * high) if low > 0.0 else here.set_xlim(2.0 * low, high / 2.0)
@@ -141,7 +141,7 @@ def entitle(figure: Figure, device: str | None, question: str = "") -> None:
 
 
 def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
-    """Add one legend under all axes, where it covers nothing; ``note`` says what bars and bands are."""
+    """Add one legend under all axes, if it covers nothing; ``note`` says what bars and bands are."""
     named: dict[str, Any] = {}
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):

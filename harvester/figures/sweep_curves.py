@@ -32,9 +32,9 @@ _COLOURS = ("#440154", "#3B528B", "#21908C", "#5DC863", "#E377C2", "#E67E22")
 class Levels:
     """Mean powers of rows and their errors, each of shape (n,), in W over the unit drawn.
 
-    ``sampling`` are half the 95 % intervals of sampling and ``step`` the other errors of engines that sample;
-    ``model`` is the error that an engine without samples states of itself.  All are 0 if there is none; together
-    they are the error of `Value.error95`, or what is known of it.
+    ``sampling`` are half the 95 % sampling interval and ``step`` the other errors of engines that
+    sample; ``model`` is the error that an engine without samples states of itself.  All are 0 if
+    absent; together they are the error of `Value.error95`, or the known part of it.
     """
 
     power: Floats
@@ -103,7 +103,7 @@ def groups(table: SweepShape) -> dict[str, dict[str, Rows]]:
 def style(engine: str, table: SweepShape, number: int, groups: int, points: int) -> dict[str, Any]:
     """The style of an engine's curve at the ``number``-th of the ``groups`` of values of the other keys.
 
-    Points of a list, which are no line, and a point alone are markers.
+    Points of a list, which are not line, and a point alone are markers.
     """
     look = look_of(engine).style()
     alone = points == 1 or (table.listed and len(table.axes) > 1)
@@ -158,6 +158,6 @@ def colour(number: int, groups: int) -> str:
 
 
 def _quotient(values: Floats, by: Floats) -> Floats:
-    """Values divided by others; nan where these are 0."""
+    """Values divided by others; nan if these are 0."""
     quotients: Floats = np.divide(values, by, out=np.full(len(values), np.nan), where=by != 0.0)
     return quotients

@@ -27,8 +27,9 @@ from harvester.uncertainty.value import Value
 def sweep(table: SweepShape, title: str | None) -> Plot:
     """Draw the mean power, a curve for each engine (and value of the other keys), with errors; crosses are failures.
 
-    Below, with several engines, the power over that of an engine that samples, at the same point.  A list of points of
-    several keys is markers without a line.  Of a long curve every n-th point is drawn, at most `MOST_SHOWN`.
+    Below, with several engines, the power over that of an engine that samples, at the same point.
+    A list of points of several keys is markers without a line.  For a long curve every n-th point
+    is drawn, at most `MOST_SHOWN`.
     """
     curve_axis = table.along
     engines = list(table.engines)
@@ -115,7 +116,7 @@ def _ratios(
 ) -> None:
     """Draw each engine's mean power over the reference's at the same point, with the errors of both.
 
-    Where the reference states an error without sampling, that is a band around 1.
+    If the reference states an error without sampling, that is a band around 1.
     """
 
     def at(row: SweepRowShape) -> tuple[float, ...]:
@@ -170,7 +171,7 @@ def _error_notes(table: SweepShape, groups: int) -> Iterator[str]:
     if stated and not (table.listed and len(table.axes) > 1):
         yield f"Pale band: the error stated by {stated}."
     if unknown := _engines(powers, lambda power: power.error95 is None):
-        yield f"Of the error of {unknown} not all is known."
+        yield f"The error of {unknown} is known in part."
 
 
 def _engines(powers: Sequence[tuple[str, Value]], which: Callable[[Value], bool]) -> str:

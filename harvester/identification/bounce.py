@@ -44,7 +44,7 @@ def path(b: Bounce, t: Floats) -> Floats:
     """What the sensor shows at ascending times t (s), shape (n,).
 
     In a flight x'(s) = e^(-k s) C cos(w s + phi), so that its turning points are known exactly:
-    where the lowest one is above the stop no later one meets it, as swings decay; else the crossing
+    if the lowest one is above the stop no later one meets it, as swings decay; else the crossing
     lies before it, after the highest one.
     """
     w0 = 2.0 * math.pi * b.frequency
@@ -148,7 +148,8 @@ def first_sample(t: Floats, y: Floats) -> int:
 def noise_of(y: Floats) -> float:
     """The noise of even samples: fourth differences, in which a smooth motion vanishes and a few impacts do not count.
 
-    White noise of variance s^2 gives them a variance of 70 s^2.  Of few samples a swing it is too high.
+    White noise of variance s^2 gives them a variance of 70 s^2.  For few samples a swing it is too
+    high.
     """
     return max(
         1.4826 * float(np.median(np.abs(np.diff(y, 4)))) / math.sqrt(70.0), 1e-9 * float(np.ptp(y))
@@ -186,7 +187,7 @@ def start(
 
 
 def _frequency(t: Floats, y: Floats) -> float:
-    """The frequency of the large swings: the highest line of their speed's spectrum, where a decaying mean is small."""
+    """The frequency of the large swings: the highest line of their speed's spectrum, if a decaying mean is small."""
     large = np.abs(y - np.median(y)) > LARGE * np.ptp(y)
     n = min(int(np.flatnonzero(large)[-1]) + FEWEST, len(t))
     even = np.linspace(t[0], t[n - 1], n)
@@ -198,8 +199,8 @@ def _frequency(t: Floats, y: Floats) -> float:
 def _grid(t: Floats, y: Floats, swing: float, sure: bool, quality: float) -> list[Bounce]:
     """The best points of a grid over frequency, place of rest and restitution for the first swings.
 
-    The stop is where the samples end below; the swings have the frequency of the device, or up to its double where the
-    stop cuts them.  What begins the first flight is linear least squares.
+    The stop is where the samples end below; the swings have the frequency of the device, or up to
+    its double if the stop cuts them.  What begins the first flight is linear least squares.
     """
     low, high = float(y.min()), float(y.max())
     first = max(int(np.argmax(y < low + 0.1 * (high - low))), 4)

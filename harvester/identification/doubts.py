@@ -27,7 +27,7 @@ def _relative(channel: Channel, noise: float) -> float:
 
 
 def misfits(best: DeviceFit) -> list[Diagnostic]:
-    """Warnings where the device that was measured is not the one that was fitted."""
+    """Warnings if the device that was measured is not the one that was fitted."""
     warnings = list[Diagnostic]()
     values = best.values()
     swept = [

@@ -121,7 +121,7 @@ def channels(measurements: Sequence[Measurement], bouncing: bool) -> tuple[Chann
         size, phase = (
             (data.size, data.phase)
             if isinstance(data, BaseResponse)
-            else (np.abs(data.z), np.angle(data.z))
+            else (np.abs(data.z), np.angle(data.z) if data.phase_known else None)
         )
         result.append(Channel(data, "size", data.f, np.log(size), partial(_log_size, data)))
         if phase is not None:

@@ -52,6 +52,8 @@ class IdentificationResult(TableResult):
     fit
         the model that was fitted.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> found = hv.identify("examples/bench_impedance.csv")
     >>> 40e-9 < found["piezo.capacitance"].value < 42e-9

@@ -1,6 +1,6 @@
 """The parameters of a device from measurements of one or several kinds, fitted jointly, with 95 % intervals.
 
-Where the data do not determine a parameter the answer reports it, and what would: an impedance
+If the data do not determine a parameter the answer reports it, and what would: an impedance
 alone gives theta^2/M.
 """
 
@@ -45,7 +45,7 @@ def identify(
     Parameters
     ----------
     files
-        the path of a CSV file, or several, each with its state behind an @ where it needs one, such
+        the path of a CSV file, or several, each with its state behind an @ if it needs one, such
         as "ringdown.csv@open".
     known
         scene keys that are not fitted, such as {"mass": "40 g"}: numbers in SI units, or texts with
@@ -62,6 +62,8 @@ def identify(
         for files that cannot be read, hold no measurement or too few points, and for keys that
         cannot be known.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.identify("nowhere.csv")
     Traceback (most recent call last):
@@ -108,6 +110,8 @@ def identified(
     remarks += left
     if alone:
         remarks.append(note("one_state_alone", state=alone))
+    if any(isinstance(data, Impedance) and not data.phase_known for data in measurements):
+        remarks.append(note("magnitude_alone"))
     return _answer(best, measurements, known, remarks, alone)
 
 
@@ -163,7 +167,7 @@ def _second_resonance(
     known: dict[str, float],
     left: list[Diagnostic],
 ) -> DeviceFit | None:
-    """The fit with a second mode, where impedances leave a pattern with one, and none with two; None elsewhere."""
+    """The fit with a second mode, if impedances leave a pattern with one, and none with two; None elsewhere."""
     impedances = [z for z in measurements if isinstance(z, Impedance)]
     free = [z for z in impedances if not z.clamped]
     if not left or not free or len(impedances) < len(measurements) or not set(best.names) >= MODE:
@@ -238,7 +242,7 @@ def _of_one_state(parameter: Parameter, state: str) -> Parameter:
 
 
 def _why_open(quantity: quantities.Quantity, interval: ProfileInterval, best: DeviceFit) -> str:
-    """Why a number is not determined: too wide, at a boundary of the fit, or none that a device has; "" where it is."""
+    """Why a number is not determined: too wide, at a boundary of the fit, or none that a device has; "" if it is."""
     if quantity.key == "oscillator.mass" and "mass" in best.fixed:
         return ""
     # of no width though its parameters are fitted: nothing changes it

@@ -17,12 +17,16 @@ OPEN = math.inf
 
 @dataclass(frozen=True, eq=False)
 class Impedance:
-    """Impedance Z in ohm at frequencies f in Hz, both of shape (n,); ``clamped``: with the mass held."""
+    """Impedance Z in ohm at frequencies f in Hz, both of shape (n,); ``clamped``: with the mass held.
+
+    If the phase is not known, z is the magnitude.
+    """
 
     name: str
     f: Floats
     z: Complexes
     clamped: bool = False
+    phase_known: bool = True
 
     @property
     def state(self) -> str:
@@ -73,7 +77,7 @@ Measurement = Impedance | BaseResponse | Decay
 def thinned(data: Measurement, most: int) -> Measurement:
     """A measurement of every n-th point: enough to tell good starting values from bad ones.
 
-    Of a curve over the frequency there are about ``most``, of a ring-down eight times as many.
+    For a curve over the frequency there are about ``most``, of a ring-down eight times as many.
     """
     arrays: dict[str, Any] = {
         name: values for name, values in vars(data).items() if isinstance(values, np.ndarray)

@@ -1,7 +1,7 @@
 """Whether what a fit leaves is noise: single points far off are outliers, but neighbours that agree are a misfit.
 
-Of n residuals of white noise the correlation of neighbours is 0 within 1/sqrt(n).  A second mode, a
-wrong minimum or a stop that is not rigid leaves a pattern: neighbours agree, however small the
+For n residuals of white noise the correlation of neighbours is 0 within 1/sqrt(n).  A second mode,
+a wrong minimum or a stop that is not rigid leaves a pattern: neighbours agree, however small the
 residual is.
 """
 
@@ -39,7 +39,7 @@ class Pattern:
 
 
 def pattern(off: Floats, x: Floats, relative: float, of_time: bool) -> Pattern | None:
-    """The pattern of residuals at x (Hz, or s where ``of_time``), shape (n,); None if they may be noise.
+    """The pattern of residuals at x (Hz, or s if ``of_time``), shape (n,); None if they may be noise.
 
     ``relative`` is their size over that of what was measured.
     """

@@ -6,8 +6,8 @@ With s = j w, D = s^2 + s w0/Q + w0^2, and the piezo's charge of the voltage e =
 
     Y = e + sum s C beta w0^2/D      X/a = -1/(D + beta w0^2 h),  h = s C/(e + 1/R)          V/a = psi h X/a
 
-Y has a second mode where an impedance holds two resonances.
-psi = theta/C.  d is the dielectric loss (tan delta), taken as constant.  Poles of a ring-down over R:
+Y has a second mode if an impedance holds two resonances. psi = theta/C.  d is the dielectric loss
+(tan delta), taken as constant.  Poles of a ring-down over R:
 
     (s^2 + s w0/Q + w0^2)(s + 1/(R C)) + beta w0^2 s = 0
 """

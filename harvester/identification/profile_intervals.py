@@ -3,7 +3,7 @@
     S(c) = min of the weighted sum of squares over all parameters with g(p) = c
     the interval is where S(c) - S(best) <= t^2 k,  t = Student's 0.975 quantile
 
-k is 1 if the noise is what its channel's level says; where it grows with the signal, or is rare and
+k is 1 if the noise is what its channel's level says; if it grows with the signal, or is rare and
 large, the residuals tell by how much more g scatters (the sandwich variance over the plain one),
 and k is that, never below 1. Along the way the other parameters follow by Gauss and Newton's steps
 with the Jacobian of the best fit.
@@ -90,7 +90,7 @@ class Profiles:
         error: float,
         more: float,
     ) -> float:
-        """Where the profile reaches its limit on one side; the linear end where the search does not find it."""
+        """Where the profile reaches its limit on one side; the linear end if the search does not find it."""
         linear = self.reach * error
         if linear > 1.0 and best != 0.0:  # not determined: where exactly it ends does not matter
             return best + way * linear

@@ -1,6 +1,7 @@
 """Measurements from CSV files: their kind from the columns, their load from the name, the header or a comment.
 
     frequency, |Z|, phase   frequency, R, X   frequency, G, B   frequency, Cp, D     impedance; FILE@clamped: mass held
+    Touchstone (.s1p), traces of a 4294A; other pairs: `harvester.identification.impedance_table`
     frequency, V/g (phase)  frequency, mm/g ...                                      response; FILE@100k: the load
     time, voltage or displacement or speed                                           ring-down
 
@@ -8,7 +9,6 @@ A load stands behind the file's name (FILE@short, FILE@open, FILE@470k), in a co
 in a column's name (`voltage at 100 kohm (V/g)`), or in a comment (`# load: 100 kohm`).
 """
 
-import math
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -18,6 +18,9 @@ import numpy as np
 
 from harvester.arrays import Complexes, Floats
 from harvester.errors import InputError, invalid, refused, shown
+from harvester.identification import instrument_files
+from harvester.identification.impedance_table import OHM, impedance
+from harvester.identification.impedance_table import phase as phase_of
 from harvester.identification.measurement import (
     OPEN,
     SHORT,
@@ -27,16 +30,12 @@ from harvester.identification.measurement import (
     Measurement,
     finite,
 )
-from harvester.quantities.kinds import CAPACITANCE, FREQUENCY, RESISTANCE, Kind, with_prefix
-from harvester.records.csv_table import CsvColumn, CsvTable, read_table
-from harvester.records.record_files import is_frequency, is_time, times
+from harvester.machine import files
+from harvester.quantities.kinds import FREQUENCY, RESISTANCE, Kind, with_prefix
+from harvester.records.csv_table import MOST_BYTES, CsvColumn, CsvTable, decoded, read_table
+from harvester.records.named_columns import is_frequency, is_time, times
 
 FEWEST = 12  # points of a measurement
-_OHM, _SIEMENS = (
-    Kind("an impedance (ohm)", "ohm", "'1 kohm'"),
-    Kind("an admittance (S)", "S", "'1 uS'"),
-)
-_ANGLE, _LOSS = Kind("an angle (rad)", "rad", "'90 deg'"), Kind("a loss", "", "0.02")
 _PER_G = {
     "voltage": Kind("a voltage per acceleration", "V/(m/s^2)", "'10 V/g'", gravity=True),
     "displacement": Kind("a displacement per acceleration", "m/(m/s^2)", "'1 mm/g'", gravity=True),
@@ -47,7 +46,6 @@ _DECAYS = {
     "displacement": Kind("a displacement (m)", "m", "'1 mm'"),
     "speed": Kind("a speed (m/s)", "m/s", "'1 m/s'"),
 }
-_PHASE = {"phase", "theta", "angle", "arg", "phi", "deg"}
 _LOAD = re.compile(
     r"(?:@|\bat\b|\bload\b|\bRL?\b)\s*[:=]?\s*(\d[\d.]*\s*[\w.Ωµ]*|short|open|clamped)",
     re.IGNORECASE,
@@ -59,16 +57,17 @@ _LOAD_IN_PROSE = re.compile(  # stricter: "measured at 25 °C" is not a load
 )
 _CLAMPED = re.compile(r"[#%/! ]*clamped[. ]*", re.IGNORECASE)  # a remark of this word alone
 LONGEST_REMARK = 200  # letters of a line that are looked at
+NAMES = "frequency (Hz),|Z| (ohm),phase (deg)"
 FORMS = (
-    "frequency with |Z| and phase, R and X, or G and B; frequency with a voltage or displacement per g; "
-    "or time with a voltage or displacement"
+    "frequency with |Z| and phase, R and X, G and B, or a capacitance and D, R or G; "
+    "frequency with a voltage or displacement per g; or time with a voltage or displacement"
 )
 
 
 def read_files(names: tuple[str, ...]) -> list[Measurement]:
     """The measurements of several files, each with its state behind an @.
 
-    Raises InputError in one line, which says what of a file is missing and what would mend it.
+    Raises InputError in one line, which states what of a file is missing and what would mend it.
     """
     measurements = [data for name in names for data in read_file(name)]
     if not measurements:
@@ -84,25 +83,50 @@ def read_file(name: str) -> list[Measurement]:
         state = ""
     label = Path(path).name
     key = f"FILE {shown(label)}"
-    table = read_table(path, "FILE")
+    text = decoded(files.read(path, "FILE", MOST_BYTES), path, "FILE")
+    if instrument_files.is_touchstone(path, text):
+        load, clamped = _state(state, [line for line in text.splitlines() if "!" in line], key)
+        _refuse_load(state, load, key)
+        f, z = instrument_files.touchstone(text, key)
+        return [_of_impedance(label, f, z, clamped, True, key)]
+    of_traces = instrument_files.is_traces(text)
+    table = instrument_files.traces(text, key) if of_traces else read_table(path, "FILE")
     load, clamped = _state(state, table.remarks, key)
-    if table.bad:
-        row, position, text = table.bad[0]
-        head = next((column.name for column in table.columns if column.index == position), "")
-        raise invalid(f"{key} column {head!r} row {row}", "be a number", text)
+    _refuse_texts(table, key)
     if frequencies := table.find(is_frequency):
         f = _in_hertz(frequencies[0], key)
         with np.errstate(divide="ignore", invalid="ignore"):  # a zero in the table has no inverse
-            z = _impedance(table, f)
-        if z is not None:
-            good = finite(f, z.real, z.imag) & (f > 0.0) & (np.abs(z) > 0.0)
-            _enough(good, key)
-            return [Impedance(label, f[good], z[good], clamped)]
+            answer = impedance(table, f, key)
+        if answer is not None:
+            _refuse_load(state, load, key)
+            return [_of_impedance(label, f, answer[0], clamped, answer[1], key)]
         if responses := _responses(table, f, label, key, load):
             return responses
     elif table.find(is_time):
         return [_decay(table, label, key, load)]
+    if not any(column.head for column in table.columns):
+        raise InputError(
+            f"{key} must have names above its columns, such as {NAMES!r}, but has none: write that "
+            "line above the numbers, and the frequencies in a column of their own"
+        )
     raise InputError(f"{key} must hold {FORMS}, but has {shown(table.heads)}")
+
+
+def _refuse_texts(table: CsvTable, key: str) -> None:
+    """Refuse a cell that is not a number."""
+    if table.bad:
+        row, position, text = table.bad[0]
+        head = next((column.name for column in table.columns if column.index == position), "")
+        raise invalid(f"{key} column {head!r} row {row}", "be a number", text)
+
+
+def _of_impedance(
+    label: str, f: Floats, z: Complexes, clamped: bool, phase_known: bool, key: str
+) -> Impedance:
+    """The impedance at the frequencies above 0 at which it is a number other than 0."""
+    good = finite(f, z.real, z.imag) & (f > 0.0) & (np.abs(z) > 0.0)
+    _enough(good, key)
+    return Impedance(label, f[good], z[good], clamped, phase_known)
 
 
 def _state(state: str, remarks: Iterable[str], key: str) -> tuple[float | None, bool]:
@@ -112,6 +136,14 @@ def _state(state: str, remarks: Iterable[str], key: str) -> tuple[float | None, 
     if said.strip().lower() == "clamped" or (not said and any(map(_CLAMPED.fullmatch, lines))):
         return None, True
     return (_load(said, key) if said else None), False
+
+
+def _refuse_load(state: str, load: float | None, key: str) -> None:
+    """Refuse a load behind the @ of an impedance, which has none."""
+    if state and load is not None:
+        raise InputError(
+            f"{key} holds an impedance, which has no load: leave '@{state}' out, or write @clamped"
+        )
 
 
 def _in_hertz(column: CsvColumn, key: str) -> Floats:
@@ -133,58 +165,11 @@ def _load(text: str, key: str) -> float:
         raise refused(f"{key}, the load behind the @,", error, text) from None
 
 
-def _impedance(table: CsvTable, f: Floats) -> Complexes | None:
-    """The impedance of a table, from whichever pair of columns it has; None if it has none."""
-
-    def part(kind: Kind, *names: str) -> Floats | None:
-        for column in table.columns:
-            if column.name.strip("|").lower() in names or set(column.words) & set(names):
-                values = column.in_si(kind)
-                if values is not None or not column.stated:
-                    return column.values if values is None else values
-        return None
-
-    angle = _phase(table)
-    if angle is not None:
-        size = part(_OHM, "z", "impedance", "zabs", "mag", "magnitude")
-        if size is not None and not table.find(lambda c: any(c.scale(k) for k in _PER_G.values())):
-            return np.asarray(size * np.exp(1j * angle))
-        size = part(_SIEMENS, "y", "admittance")
-        if size is not None:
-            return np.asarray(np.exp(-1j * angle) / size)
-    r = part(_OHM, "r", "rs", "resistance", "re", "real", "zre", "z'", "esr")
-    x = part(_OHM, "x", "xs", "reactance", "im", "imag", "zim", "z''")
-    if r is not None and x is not None:
-        return np.asarray(r + 1j * x)
-    g, b = part(_SIEMENS, "g", "gp", "conductance"), part(_SIEMENS, "b", "bp", "susceptance")
-    if g is not None and b is not None:
-        return np.asarray(1.0 / (g + 1j * b))
-    c = part(CAPACITANCE, "cp", "c", "capacitance")
-    d = part(_LOSS, "d", "tan", "tand", "loss", "df")
-    if c is not None and d is not None:
-        return np.asarray(1.0 / (2j * math.pi * f * c * (1.0 - 1j * d)))
-    return None
-
-
-def _phase(table: CsvTable) -> Floats | None:
-    """The phase in rad; in degrees if it has no unit and goes beyond what radians do."""
-    for column in table.columns:
-        if set(column.words) & _PHASE:
-            unit = column.stated.replace("°", "deg").replace("degrees", "deg")
-            factor, _ = _ANGLE.scale(unit) if unit else (None, 1)
-            if factor is None:
-                factor = math.pi / 180.0 if np.nanmax(np.abs(column.values)) > 6.4 else 1.0
-                if not unit and "deg" in column.head.lower():
-                    factor = math.pi / 180.0
-            return column.values * factor
-    return None
-
-
 def _responses(
     table: CsvTable, f: Floats, label: str, key: str, load: float | None
 ) -> list[Measurement]:
     """A response for each column and load."""
-    phase = _phase(table)
+    phase = phase_of(table)
     responses = []
     loads = _load_column(table)
     for column in table.columns:
@@ -220,10 +205,10 @@ def _responses(
 def _load_column(table: CsvTable) -> Floats | None:
     columns = table.find(
         lambda c: (
-            bool({"load", "resistance", "rload", "rl"} & set(c.words)) and c.scale(_OHM) is not None
+            bool({"load", "resistance", "rload", "rl"} & set(c.words)) and c.scale(OHM) is not None
         )
     )
-    return columns[0].in_si(_OHM) if columns else None
+    return columns[0].in_si(OHM) if columns else None
 
 
 def _decay(table: CsvTable, label: str, key: str, load: float | None) -> Decay:

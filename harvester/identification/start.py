@@ -22,6 +22,7 @@ from harvester.identification.measurement import (
 from harvester.identification.models import Device, base_response, impedance
 
 QUALITIES = (6.0, 20.0, 60.0, 200.0, 700.0)
+USUAL_LOSS = 0.01  # to begin with, if no phase is known
 BETAS = (0.003, 0.03, 0.2, 0.8)
 SURELY = 0.5  # of `_turning`: what neither noise nor a weak resonance has
 # parameters that only a ring-down against a stop has
@@ -79,7 +80,7 @@ def starts(
 ) -> list[dict[str, float]]:
     """Values to begin from: all combinations of what the curves' peaks, ratios and levels suggest.
 
-    ``others`` are the parameters that the measurements beside a ring-down against a stop tell by
+    ``others`` are the parameters that the measurements next to a ring-down against a stop tell by
     themselves.
     """
     if bouncing:
@@ -193,6 +194,8 @@ def _capacitances(measurements: Sequence[Measurement], f0: float) -> list[float]
     for data in sorted(
         (m for m in measurements if isinstance(m, Impedance)), key=lambda m: not m.clamped
     ):
+        if not data.phase_known:
+            return [float(np.median(1.0 / (2.0 * math.pi * data.f * np.abs(data.z))))]
         admittance = 1.0 / data.z
         apparent = admittance.imag / (2.0 * math.pi * data.f)
         middle = float(np.median(apparent))
@@ -218,7 +221,7 @@ def _turning(admittance: Complexes) -> float:
     """How an admittance, shape (n,), goes round as the frequency rises: from -1, clockwise, to 1.
 
     That of a resonance goes round clockwise in the plane of conductance and susceptance, whatever
-    it stands beside, and with a susceptance of the wrong sign the other way: the area that it
+    it is next to, and with a susceptance of the wrong sign the other way: the area that it
     encloses, over all that it is the sum of.
     """
     areas = (admittance.conj() * np.roll(admittance, -1)).imag
@@ -226,13 +229,13 @@ def _turning(admittance: Complexes) -> float:
 
 
 def _loss(measurements: Sequence[Measurement]) -> float:
-    """The dielectric loss: what is left of the conductance if it is least."""
+    """The dielectric loss: the remainder of the conductance if it is least."""
     losses = [
         float(np.quantile((1.0 / m.z).real / np.abs((1.0 / m.z).imag), 0.1))
         for m in measurements
-        if isinstance(m, Impedance)
+        if isinstance(m, Impedance) and m.phase_known
     ]
-    return min(max(min(losses), 1e-4), 0.2)
+    return min(max(min(losses), 1e-4), 0.2) if losses else USUAL_LOSS
 
 
 def _psi(measurements: Sequence[Measurement], of: Device) -> float:

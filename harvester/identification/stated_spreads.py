@@ -72,7 +72,7 @@ def spreads_of(text: str, scene: Scene) -> ScenesSpreads:
 
 
 def _intervals(text: str) -> tuple[dict[str, tuple[float, float]], dict[str, tuple[float, float]]]:
-    """The intervals in the comments of a scene file: by the keys that they stand behind, and of derived numbers."""
+    """The intervals in the comments of a scene file: by the keys that they are behind, and of derived numbers."""
     stated = dict[str, tuple[float, float]]()
     derived = dict[str, tuple[float, float]]()
     table = ""

@@ -91,7 +91,7 @@ def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
 
 
 def _bandwidths(eqs: Equations) -> list[float]:
-    """Vanmarcke's q of x and V: sums over frequencies that are close where the resonance is sharp."""
+    """Vanmarcke's q of x and V: sums over frequencies that are close if the resonance is sharp."""
     beta = eqs.beta or 0.0
     mu = eqs.mu or 0.0
     c = -(eqs.c1 or 0.0)

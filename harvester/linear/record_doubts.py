@@ -1,7 +1,7 @@
 """What a record cannot know: the excitation beyond half its sampling rate, and that between its end and its beginning.
 
-Of a record that was drawn from a tabulated density it is the excitation between its lines.  All are
-weighed by the response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of the
+For a record that was drawn from a tabulated density it is the excitation between its lines.  All
+are weighed by the response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of the
 record.
 """
 
@@ -16,6 +16,7 @@ from harvester.linear.shaking import lines
 from harvester.linear.transfer import gains
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.records import BRIDGE, Record, bridge
+from harvester.records.standstill import standstill
 
 BEYOND, JOIN = 1e-3, 5e-3  # of E[V^2], from which on it is reported
 LEAST_LOSS = 1e-6  # of the linear response, so that it has a size
@@ -25,7 +26,10 @@ TOP = 0.1  # of the frequencies: whose mean density stands for what is beyond th
 
 
 def record_doubts(eqs: Equations) -> list[Diagnostic]:
-    """Warnings of a record that is sampled too coarsely for the response, or whose join at the end matters."""
+    """Warnings of a record that is sampled too coarsely for the response, or whose join at the end matters.
+
+    Stretches of a constant value are reported as well.
+    """
     record = eqs.record
     if record is None or record.exact:
         return []
@@ -39,11 +43,17 @@ def record_doubts(eqs: Equations) -> list[Diagnostic]:
         warnings.append(warning("coarse_record", samples=float(2.0 * w[-1]), change=float(beyond)))
     if (join := join_change(eqs)) > JOIN:
         warnings.append(warning("record_join", change=join))
+    if (stood := standstill(record.values)) is not None:
+        first, last = stood.longest
+        rows = {"first": first + 1, "last": last}
+        warnings.append(warning("record_stands_still", share=stood.share, **rows))
     return warnings
 
 
 def join_change(eqs: Equations) -> float:
-    """How much E[V^2] may change, relative, by where a record ends and how it is joined; 0 if it has no bridge.
+    """How much E[V^2] may change, relative, by where a record ends and how it is joined.
+
+    0 if it has no bridge.
 
     It ends by chance: the largest change by `CUTS` ends up to a period of the strongest response
     before is taken, and that without the bridge.
@@ -64,7 +74,7 @@ def join_change(eqs: Equations) -> float:
 
 
 def density_doubts(eqs: Equations, drawn: Record) -> list[Diagnostic]:
-    """A warning where the lines of the record that was drawn from a density stand too far apart for the response."""
+    """A warning if the lines of the record that was drawn from a density stand too far apart for the response."""
     if eqs.density is None:
         return []
     w, p = _lines(drawn)

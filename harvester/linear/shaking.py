@@ -5,7 +5,7 @@
 
 The integral is over u = ln f, in which power laws are exponentials, by Gauss and Legendre on panels
 that halve towards the poles of H and of the filter, however near the axis: they converge to
-rounding, and two orders tell how far.
+rounding, and two orders report how far.
 """
 
 import math

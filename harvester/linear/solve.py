@@ -31,7 +31,7 @@ class MeanSquare(NamedTuple):
 def solve(eqs: Equations) -> MeanSquare:
     """The stationary E[V^2] of linear equations without a stop.
 
-    Raises UnboundedResponseError if nothing takes energy, or more is fed than taken.
+    Raises UnboundedResponseError if nothing dissipates energy, or more is fed than taken.
     """
     check_bounded(eqs)
     at_one = white(eqs)

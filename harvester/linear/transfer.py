@@ -30,7 +30,7 @@ AT_ONCE = 1 << 16  # frequencies, of several modes
 class WhiteResponse(NamedTuple):
     """E[x^2], E[x'^2] and E[V^2] under white noise of intensity 1, and how much sharper rounding is in the response.
 
-    ``sharpness`` is the frequency over the loss, w/(c + C), about Q; infinite where nothing takes
+    ``sharpness`` is the frequency over the loss, w/(c + C), about Q; infinite if nothing takes
     energy.
     """
 
@@ -46,7 +46,8 @@ def white(eqs: Equations) -> WhiteResponse:
         S = N1/(c (1 + beta + mu^2 + c mu) + beta mu)
         E[V^2] = E[xV] = S    E[x^2] = S (1 + mu^2 + c mu)    E[x'^2] = E[x^2] + S beta
 
-    Infinite where nothing takes energy, or more is fed than taken.  Of several modes it is solved as it stands.
+    Infinite if nothing dissipates energy, or more is fed than taken.  For several modes it is
+    solved as it stands.
     """
     if eqs.modes is not None:
         return _white_of_modes(eqs)
@@ -66,10 +67,10 @@ def amplitudes(
 ) -> Complexes:
     """Complex amplitudes of x and V under a = exp(i w t), one of each a frequency, shape (2, ...).
 
-    Of several modes x may be that in another ``direction`` than the oscillator's, shape (modes,).
+    For several modes x may be that in another ``direction`` than the oscillator's, shape (modes,).
 
     With a spring of two wells they are those of small motions in the first, whose stiffness takes
-    the place of the 1. Infinite at a resonance where nothing takes energy.
+    the place of the 1. Infinite at a resonance if nothing dissipates energy.
     """
     s = 1j * np.asarray(w)
     mu = eqs.mu or 0.0
@@ -160,7 +161,7 @@ def first_harmonic(values: Floats, angles: Floats) -> complex:
 def phase_to_base(amplitude: complex, eqs: Equations, physical: bool) -> float:
     """The phase of a first harmonic to the base's acceleration in degrees, above -180 and up to 180.
 
-    Of a nondimensional scene that to the drive, drive cos(W t), which is the force on the mass.
+    For a nondimensional scene that to the drive, drive cos(W t), which is the force on the mass.
     """
     sign = (1.0 if (eqs.drive or 0.0) >= 0.0 else -1.0) * (-1.0 if physical else 1.0)
     angle = math.degrees(cmath.phase(sign * amplitude))

@@ -1,4 +1,4 @@
-"""How many cores this process may use: all, or fewer where several processes share the work."""
+"""How many cores this process may use: all, or fewer if several processes share the work."""
 
 import functools
 import os
@@ -17,7 +17,7 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 
 
 def cores() -> int:
-    """How many cores to use: all of the machine, or fewer where `THREADS_VARIABLE` reports it; at least 1.
+    """How many cores to use: all of the machine, or fewer if `THREADS_VARIABLE` reports it; at least 1.
 
     Answers do not depend on it: each block of trajectories has its own random generators.
     """

@@ -25,7 +25,7 @@ class Execution:
     Parameters
     ----------
     workers
-        processes of this machine; None: one a core where there is work for them; 1: this one alone.
+        processes of this machine; None: one a core if there is work for them; 1: this one alone.
     executor
         one that computes in their place: of `concurrent.futures`, or the ``Client`` of a Dask
         scheduler.
@@ -34,11 +34,13 @@ class Execution:
     out
         the folder for the files of the study; without it nothing is written.
     formats
-        forms of its figures beside .png: "svg", "pdf".
+        forms of its figures in addition to .png: "svg", "pdf".
     progress
-        is told how far the study is: an object with the methods ``start()``, ``step(fraction,
+        is reported how far the study is: an object with the methods ``start()``, ``step(fraction,
         what)`` and ``close()``.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.Execution(out="sweep", resume=True).workers is None
     True
@@ -46,7 +48,7 @@ class Execution:
     Raises
     ------
     InputError
-        for a number of workers that no machine has, workers beside an executor, another form of
+        for a number of workers that no machine has, workers next to an executor, another form of
         figures, and what would do nothing without ``out``.
     """
 

@@ -2,15 +2,25 @@
 
 import contextlib
 import os
+import secrets
 import stat
 import tempfile
 from collections.abc import Iterable, Sequence
+from errno import EEXIST
 from pathlib import Path
 
 from harvester.errors import InputError, invalid, shown
 from harvester.machine.system import this_system
 
 VECTOR = ("svg", "pdf")  # forms of a figure beside its .png
+SHORTEST, TRIALS = 50, 100  # letters of a file's name in its temporary one; names that are tried
+KINDS = (
+    (stat.S_ISLNK, "link"),
+    (stat.S_ISCHR, "device"),
+    (stat.S_ISBLK, "device"),
+    (stat.S_ISFIFO, "pipe"),
+    (stat.S_ISSOCK, "socket"),
+)
 
 
 def folder(path: str | Path, argument: str = "out") -> Path:
@@ -79,7 +89,8 @@ def check_vector(forms: Sequence[str], argument: str = "vector") -> None:
 
 
 def remove(path: Path, argument: str = "out") -> None:
-    """Remove a file, if there is one; raises InputError for what cannot be removed, such as a folder."""
+    """Remove a file, if there is one; raises InputError for a folder, a device, and others."""
+    _check_regular(path, argument)
     try:
         path.unlink(missing_ok=True)
     except OSError as error:
@@ -91,24 +102,55 @@ def remove(path: Path, argument: str = "out") -> None:
 def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "out") -> None:
     """Write a file, which gets its name only when it is complete; errors name the ``argument``.
 
-    ``content`` is one piece or several.
+    ``content`` is one piece or several.  The file is written under a name that nothing has had, and
+    both it and its folder are flushed to the disk.
 
-    Raises InputError if the disk or the folder does not take it; an older file of that name stays
-    as it was.
+    Raises InputError if the disk or the folder refuses it, or if the name is that of a link,
+    a device, a pipe or a socket; an older file of that name stays as it was.
     """
     if isinstance(content, str):
         content = content.encode()
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    _check_regular(path, argument)
+    beside: Path | None = None
     try:
-        with beside.open("wb") as file:
+        beside, number = _new_beside(path)
+        with os.fdopen(number, "wb") as file:
             file.writelines([content] if isinstance(content, bytes) else content)
             file.flush()
             os.fsync(file.fileno())
+        _check_regular(path, argument)  # made meanwhile
         beside.replace(path)
+        beside = None
+        this_system.flush_folder(path.parent)
     except OSError as error:
         raise InputError(
             f"`{argument}` must take {path.name}, but writing failed: {error.strerror}"
         ) from None
     finally:
-        with contextlib.suppress(OSError):
-            beside.unlink(missing_ok=True)
+        if beside is not None:
+            with contextlib.suppress(OSError):
+                beside.unlink(missing_ok=True)
+
+
+def _new_beside(path: Path) -> tuple[Path, int]:
+    """A new empty file in the folder of a path, and its descriptor; others are left alone."""
+    name = path.name[:SHORTEST]  # with the rest it must be no longer than a name may be
+    for _ in range(TRIALS):
+        beside = path.with_name(f".{name}.{os.getpid()}.{secrets.token_hex(4)}")
+        with contextlib.suppress(FileExistsError):
+            return beside, this_system.open_new(beside)
+    raise FileExistsError(EEXIST, os.strerror(EEXIST))
+
+
+def _check_regular(path: Path, argument: str) -> None:
+    """Refuse the name of a link, a device, a pipe or a socket; the system refuses folders."""
+    try:
+        mode = path.lstat().st_mode
+    except (OSError, ValueError):  # there is none, or writing says why
+        return
+    for is_kind, kind in KINDS:
+        if is_kind(mode):
+            raise InputError(
+                f"`{argument}` must be the path of a regular file, but {path.name} is a {kind}: "
+                "name another, or remove it"
+            )

@@ -26,7 +26,7 @@ def alone(path: Path) -> Iterator[None]:
 def locked(path: Path) -> IO[bytes] | None:
     """A file, locked as soon as no other process has it locked, which ends with that process.
 
-    None if files cannot be locked, where a pipe stands in the file's place, or where the other
+    None if files cannot be locked, if a pipe stands in the file's place, or if the other
     process has not done with it in `LONGEST_TURN`.
     """
     end = time.monotonic() + LONGEST_TURN

@@ -36,7 +36,7 @@ GROWTH = "2e9"
 def _after_fork() -> None:
     """Give a forked program a lock of its own, as no thread is left that would let go of the old one, and no children.
 
-    Python itself forgets them where it forks, but not in `os.fork`, after which it would wait for
+    Python itself forgets them if it forks, but not in `os.fork`, after which it would wait for
     them in vain.
     """
     global _STARTING  # noqa: PLW0603  # a lock cannot be renewed in place
@@ -64,8 +64,9 @@ def create(
 ) -> loky.ProcessPoolExecutor:
     """Create a worker process, which starts with its first job and ends after ``idle`` seconds without one.
 
-    ``env`` is added to its environment; ``folder`` is its current folder, and its home.  The modules that start it are
-    not looked for in the current folder; later ones are where the program that starts it looks for its own.
+    ``env`` is added to its environment; ``folder`` is its current folder, and its home.  The
+    modules that start it are not looked for in the current folder; later ones are where the program
+    that starts it looks for its own.
     """
     with _STARTING:
         _start_the_trackers()

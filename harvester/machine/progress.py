@@ -1,6 +1,6 @@
 """How far a study has come: the one protocol by which studies tell a bar, a log or whatever else listens.
 
-A study calls `Progress.start` where its work begins, `Progress.step` as it goes on, and
+A study calls `Progress.start` where its work begins, `Progress.step` as it continues, and
 `Progress.close` at its end, also if that is an error.  Work is measured in one of two ways: by the
 fraction that is done, if nobody can count it, or in rows of one or several kinds, such as the
 points of each engine of a sweep.

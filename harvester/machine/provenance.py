@@ -40,10 +40,15 @@ def without_password(address: str) -> str:
     return re.sub(r"://\S*@", "://...@", address)
 
 
+def unicode(text: str) -> str:
+    """A text of the system, such as an argument in a locale without UTF-8, for a file."""
+    return text.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
 def origin() -> dict[str, Any]:
     """The origin of a result: the command, without the password of an address, the time, versions and machine."""
     return {
-        "command": [without_password(argument) for argument in sys.argv[1:]],
+        "command": [unicode(without_password(argument)) for argument in sys.argv[1:]],
         "when": datetime.now(UTC).isoformat(timespec="seconds"),
         "versions": versions(),
         "machine": machine(),

@@ -8,7 +8,7 @@ from harvester.arrays import Floats
 def peak(series: Floats) -> tuple[float, float]:
     """The largest size of a periodic series, shape (n,), and by how much it may be larger between two samples.
 
-    That is the change to a sample beside it: so steep may a corner be, such as a voltage has at an
+    That is the change to a sample next to it: so steep may a corner be, such as a voltage has at an
     impact.
     """
     sizes = np.abs(series)

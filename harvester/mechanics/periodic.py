@@ -10,18 +10,18 @@ What the changes between periods were is worth as much for a neighbouring map, o
 another frequency: a way may begin with those of another one (`Secants`), and then takes two or
 three periods.
 
-Of a state y only the slow parts ``slow`` @ y count in a residual, and each group of them relative
-to its size; the rest (nodes between diodes, say) goes along.  Where the way ends, what a period
-changes in a store that holds the energy of many periods is told relative to what flows through it
-in one, for so far is its state from the fixed point's, relative to its size.  What is left of the
-way is estimated by the next step of the same rule.
+For a state y only the slow parts ``slow`` @ y count in a residual, and each group of them relative
+to its size; the rest (nodes between diodes, say) goes along.  If the way ends, what a period
+changes in a store that holds the energy of many periods is reported relative to what flows through
+it in one, for so far is its state from the fixed point's, relative to its size.  The remainder of
+the way is estimated by the next step of the same rule.
 
-That step goes only where the last periods went.  Of a change f(y) - y in any other direction
-nothing is known but that it may go on for as long as the slowest mode does, of which it may be one
-period's part: it counts so many times (`Settling.unexplained`), and where that is too much, each
-slow part is moved by itself (`Settling.learn`).
+That step goes only where the last periods went.  For a change f(y) - y in any other direction nothing
+is known but that it may continue for as long as the slowest mode does, of which it may be one
+period's part: it counts so many times (`Settling.unexplained`), and if that is too much, each slow
+part is moved by itself (`Settling.learn`).
 
-Long because the way to a fixed point and what is left of it read the same changes.
+Long because the way to a fixed point and the remainder of it read the same changes.
 """
 
 import contextlib
@@ -67,7 +67,7 @@ QUIETER = 0.1
 def periods_to_settle(eqs: Equations, turns: int) -> float:
     """Times ``turns`` periods of the drive that small motions of the mass last: 1/(1 - e^-q) if these leave e^-q.
 
-    Where they do not die out, it is `LONGEST`.
+    If they do not die out, it is `LONGEST`.
     """
     period = eqs.shaking_period
     assert period is not None, "the drive is steady"
@@ -136,7 +136,7 @@ class Settling:
         return np.asarray(1.0 / np.maximum(sizes, 1e-12))
 
     def fixed_point_iteration(self, turns: int, start: Floats | None = None) -> None:
-        """Go on for so many periods as they come, from the last state or from another."""
+        """Continue for so many periods as they come, from the last state or from another."""
         self.state = self.state if start is None else start
         for _ in range(turns):
             self.begin = self.state
@@ -155,8 +155,9 @@ class Settling:
     def unexplained(self, residual: Floats) -> float:
         """How far f(y) may be from the fixed point for what no known change says of f(y) - y, relative to its size.
 
-        ``residual`` is as of `left`.  What changes say of it is taken away twice: once leaves a part of what they do
-        say, for none of them is believed altogether, and that part is within what `left` may be wrong by.
+        ``residual`` is as of `left`.  What changes say of it is removed twice: once leaves a part
+        of what they do say, for none of them is believed altogether, and that part is within what
+        `left` may be wrong by.
         """
         rest = residual
         for _ in range(2):
@@ -208,7 +209,7 @@ class Settling:
         return Secants(*both) if both and len(both[0]) else None
 
     def probe(self) -> None:
-        """Go on from where changes of each slow part lead."""
+        """Continue from where changes of each slow part lead."""
         self._must_learn(True)
         self.state = self.state - self.left(self.slow @ (self.state - self.begin))[0]
 

@@ -3,16 +3,16 @@
 import re
 from dataclasses import dataclass, field
 
-from harvester.errors import invalid, unknown
+from harvester.errors import invalid, shown, unknown
 from harvester.netlists.expression_tree import Node
-from harvester.netlists.read_lines import Line
+from harvester.netlists.read_lines import DeckError, Line
 from harvester.netlists.words import Words
 
 # cards that a load circuit may have
 DEFINITIONS = (".subckt", ".ends", ".model", ".param", ".func", ".include")
 PARAMETERS = (".param", ".params", ".parameter")
 BENCH = (".tran", ".options", ".option", ".opt", ".temp", ".print", ".plot", ".meas", ".measure", ".save", ".ic",
-         ".nodeset", ".title", ".end")  # fmt: skip
+         ".nodeset", ".title", ".backanno", ".wave", ".four", ".end")  # fmt: skip
 # what a schematic has beside its elements
 BOARD = (*BENCH, ".probe", ".op", ".ac", ".dc", ".global")
 # Options that act on how ngspice computes or what it prints: this program sets those that matter
@@ -92,9 +92,7 @@ class Settings:
         where = f"netlist {line.where}"
         word = line.word
         if word not in (BOARD if board else BENCH) or (inside and not board):
-            flat = "of a flat netlist, such as KiCad's, load.terminals in a scene names the piezo's nets"
-            bench = "inside" if inside else f"(and a bench to run it by hand; {flat})"
-            raise invalid(where, f"have only the cards {', '.join(DEFINITIONS)} {bench}", word)
+            raise _no_card(line, board, inside)
         text = line.text.lower()[len(word) :]
         if word in (".options", ".option", ".opt"):
             self._add_options(Words(line, text))
@@ -103,6 +101,8 @@ class Settings:
         elif word == ".global":
             self.everywhere |= set(text.split())
         elif word == ".ic" and board:
+            if inside:
+                raise invalid(where, "have .ic outside of subcircuits", line.text[:60])
             if _VOLTAGE.sub("", text).strip(" ,"):
                 raise invalid(where, "give voltages of nodes, as in .ic v(out)=2", line.text[:60])
             self.initial |= {
@@ -118,3 +118,14 @@ class Settings:
                 raise unknown(
                     f"option in {words.where}", key, sorted(_NUMERICAL | set(TEMPERATURES))
                 )
+
+
+def _no_card(line: Line, board: bool, inside: bool) -> DeckError:
+    """The error of a card that a circuit has not."""
+    nets = "load.terminals in a scene names the piezo's nets"
+    flat = f"of a flat netlist, such as KiCad's, {nets}"
+    bench = "inside" if inside else f"(and a bench to run it by hand; {flat})"
+    must = f"have only the cards {', '.join(DEFINITIONS)} {bench}"
+    if board:
+        must = "have only cards of a circuit, not of a simulation by hand"
+    return DeckError(f"netlist {line.where} must {must}, but is {shown(line.word)}")

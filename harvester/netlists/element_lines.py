@@ -109,6 +109,8 @@ def read_element(line: Line, models: Set[str]) -> Element:
     words = Words(line, rest)
     if kind in "rcl" and (made := _function_in_place(line, name, nodes, words)) is not None:
         return made
+    if kind in "cl":
+        _refuse_parallel(words)
     fields = letter.fields(words, models, nodes)
     fixed = dict(fields.pop("options", {}))  # type: ignore[call-overload]
     options = fixed | words.finish(letter.keys, letter.idle)
@@ -174,7 +176,7 @@ def _function_in_place(
 ) -> Element | None:
     """A resistor, capacitor or inductor whose value is a function of voltages and currents; None of another one.
 
-    A resistor R={f} is the current v/f, as ngspice makes of it too.
+    A resistor R={f} is the current v/f, as in ngspice.
     """
     kind = name[0].lower()
     keys = {"r": ("r", "resistance"), "c": ("c", "q"), "l": ("l",)}[kind]
@@ -197,6 +199,17 @@ def _function_in_place(
     # without a key ngspice takes a capacitor's function for its charge
     form = key or {"c": "q", "l": "l"}[kind]
     return Element(line, name, nodes, tree, form, options=options)
+
+
+def _refuse_parallel(words: Words) -> None:
+    """Leave out LTspice's parallel parts of a capacitor or an inductor if they are 0.
+
+    Raises InputError for others, whose places in the circuit LTspice's help only draws.
+    """
+    for key in ("rpar", "cpar", "rlshunt"):
+        text = words.pop(key)
+        if text is not None and plain_number(text) != 0.0:
+            raise invalid(words.where, f"have {key} as an element of its own", words.text[:60])
 
 
 def _passive(*keys: str) -> Callable[[Words, Set[str], tuple[str, ...]], Fields]:
@@ -350,15 +363,23 @@ _TEMPERATURES = frozenset({"temp", "dtemp"})
 _COEFFICIENTS = _TEMPERATURES | {"m", "scale", "tc1", "tc2"}
 _MOSFET = frozenset({"m", "l", "w", "ad", "as", "pd", "ps", "nrd", "nrs"}) | _TEMPERATURES
 _NONE: frozenset[str] = frozenset()
+_PART = frozenset({"mfg", "pn", "type"})  # what LTspice and KiCad write down of a bought part
 LETTERS = {
     "r": Letter(
         2,
         _COEFFICIENTS | {"l", "w"},
-        frozenset({"ac", "noisy", "noise"}),
+        _PART | {"ac", "noisy", "noise", "tol", "pwr"},
         _passive("r", "resistance"),
     ),
-    "c": Letter(2, _COEFFICIENTS | {"l", "w", "ic"}, _NONE, _passive("c", "cap", "capacitance")),
-    "l": Letter(2, _COEFFICIENTS | {"ic"}, _NONE, _passive("l", "inductance")),
+    "c": Letter(
+        2,
+        _COEFFICIENTS | {"l", "w", "ic", "rser", "lser"},
+        _PART | {"v", "irms"},
+        _passive("c", "cap", "capacitance"),
+    ),
+    "l": Letter(
+        2, _COEFFICIENTS | {"ic", "rser"}, _PART | {"ipk", "irms"}, _passive("l", "inductance")
+    ),
     "k": Letter(0, _NONE, _NONE, _coupling),
     "d": Letter(2, frozenset({"area", "m", "pj"}) | _TEMPERATURES, _NONE, _semiconductor),
     "q": Letter(
@@ -368,7 +389,7 @@ LETTERS = {
     "m": Letter(4, _MOSFET, _NONE, _semiconductor),
     "s": Letter(4, _NONE, _NONE, _switch),
     "w": Letter(2, _NONE, _NONE, _switch_by_current),
-    "v": Letter(2, _NONE, _NONE, _source),
+    "v": Letter(2, frozenset({"rser"}), _NONE, _source),
     "i": Letter(2, frozenset({"m"}), _NONE, _source),
     "b": Letter(2, frozenset({"m"}), _NONE, _line),
     "e": Letter(2, _NONE, _NONE, _controlled("v", voltage=True)),

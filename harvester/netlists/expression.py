@@ -24,12 +24,12 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from harvester.errors import InputError, shown, unknown
-from harvester.netlists.expression_tree import Node, checked, constant, operation, table
+from harvester.netlists.expression_tree import Node, checked, constant, limited, operation, table
 
 DEEPEST = 100  # parentheses, functions or signs one within another
 
 # powers of ten
-_SUFFIXES = {"t": 12, "g": 9, "meg": 6, "k": 3, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15}
+SUFFIXES = {"t": 12, "g": 9, "meg": 6, "k": 3, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15}
 _MIL = 25.4e-6  # m
 _PLAIN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:([ed])([+-]?\d+))?([a-z]*)(.*)", re.DOTALL)
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?[a-z]*"
@@ -80,7 +80,7 @@ SOURCES = Language(
 _OPERATIONS = {"^": "pow", "**": "pow", "<>": "!=", "=": "==", "&&": "and", "||": "or"}
 _RANDOM = ("agauss", "gauss", "unif", "aunif")
 _REMEDIES = {
-    "limit": "of two arguments it draws a random number; of three write min(max(x, low), high)",
+    "limit": "of two arguments it draws a random number; limit(x, low, high) bounds x",
     **dict.fromkeys(
         _RANDOM, "it draws a random number without a seed: harvester tolerance --vary draws parts"
     ),
@@ -91,15 +91,17 @@ _REMEDIES = {
 }
 
 
-def plain_number(text: str) -> float | None:
+def plain_number(text: str, mil: bool = True) -> float | None:
     """A number as an element's value has it (2.2k, 5Meg, 1e3k, 10mil), by `INPevaluate`; None for anything else.
+
+    A parameter has no ``mil``: ngspice reads 10mil as 10m there.
 
     What follows the number and its suffix is a unit that ngspice does not read.
     """
     match = _PLAIN.fullmatch(text.strip().lower())
     if match is None or (match[5] and not re.fullmatch(r"[\w%]*", match[5], re.ASCII)):
         return None
-    return _scaled(f"{match[1]}e{match[3] or 0}", match[4], mil=True)
+    return _scaled(f"{match[1]}e{match[3] or 0}", match[4], mil)
 
 
 def _scaled(number: str, letters: str, mil: bool) -> float | None:
@@ -109,7 +111,7 @@ def _scaled(number: str, letters: str, mil: bool) -> float | None:
         return None
     if mil and letters.startswith("mil"):
         return float(f"{digits}e{exponent}") * _MIL
-    power = _SUFFIXES["meg"] if letters.startswith("meg") else _SUFFIXES.get(letters[:1], 0)
+    power = SUFFIXES["meg"] if letters.startswith("meg") else SUFFIXES.get(letters[:1], 0)
     value = float(f"{digits}e{int(exponent) + power}")
     return value if math.isfinite(value) else None
 
@@ -269,6 +271,8 @@ class _Reader:
         self._take(")")
         if name == "pwl" and self.language is SOURCES:
             return Node("pwl", tuple(arguments))
+        if name == "limit" and len(arguments) == 3:
+            return limited(arguments[0], arguments[1], arguments[2])
         if name in self.language.functions:
             count, which = self.language.functions[name]
             if len(arguments) != count:

@@ -130,3 +130,9 @@ def table(arguments: list[Node], where: str) -> Node:
     if x.is_constant:
         return constant(constant_of("pwl", *(argument.value for argument in arguments)))
     return Node("pwl", tuple(arguments))
+
+
+def limited(x: Node, first: Node, second: Node) -> Node:
+    """The middle one of three values, which is limit(x, a, b) of LTspice."""
+    low, high = operation("min", first, second), operation("max", first, second)
+    return operation("min", operation("max", x, low), high)

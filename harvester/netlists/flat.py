@@ -18,7 +18,7 @@ from harvester.netlists.element_lines import Element
 from harvester.netlists.expression_tree import constant
 from harvester.netlists.netlist import ParsedNetlist
 from harvester.netlists.part import GROUND, INSIDE, PIEZO
-from harvester.netlists.read_lines import Line
+from harvester.netlists.read_lines import DeckError, Line
 from harvester.scene.load import Load
 
 COMMON = "board_ground"
@@ -154,7 +154,5 @@ def _roles(file: str, elements: list[Element], load: Load) -> dict[str, str]:
 def _no_piezo(element: Element, piezo: set[str]) -> None:
     """Refuse a source where the piezo is."""
     if element.kind in "vi" and {net_of(node) for node in element.nodes} == piezo:
-        raise InputError(
-            f"{element.where} must have no source between the piezo's terminals, where the device itself is, but has "
-            f"{element.name[:20]}: leave it out of the simulation"
-        )
+        must = "have no source between the piezo's terminals, which the scene's device replaces"
+        raise DeckError(f"{element.where} must {must}, but has {element.name[:20]}")

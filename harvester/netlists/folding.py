@@ -4,7 +4,6 @@ import bisect
 import math
 from collections.abc import Callable
 
-FUDGE = 1e-32  # what ngspice keeps a divisor away from 0 by
 MOST = 227.955  # of an exponent; beyond, exp is 1e99
 
 

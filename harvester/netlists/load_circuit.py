@@ -8,6 +8,8 @@ text reaches ngspice: its lines are written from the elements that were understo
 Long because a load circuit and the checks of its load are read in one go.
 """
 
+import os
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -17,9 +19,13 @@ from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.circuit_keys import CircuitKeys
 from harvester.netlists.flat import LOAD, ROLES, STORE, Board, as_board
 from harvester.netlists.for_ngspice import lines_for_ngspice
+from harvester.netlists.ltspice import inner_nodes
 from harvester.netlists.netlist import Body, ParsedNetlist, read_netlist
 from harvester.netlists.part import PIEZO, CircuitPart, by_name
+from harvester.netlists.read_lines import DeckError, split_path
+from harvester.netlists.unintended import unintended_values
 from harvester.netlists.written_out import initial_of, settings_of, written_out
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.load import Load, is_path
 
 _SOME_CAPACITANCE = 1e-8  # F, of a piezo that is not known yet
@@ -51,6 +57,8 @@ class LoadCircuit:
         the values of its elements that are plain numbers, by the names that a scene calls them.
     settings
         the temperatures that it sets (degrees Celsius), by the names of ngspice's options.
+    value_warnings
+        warnings of probably unintended values.
     """
 
     name: str
@@ -64,6 +72,7 @@ class LoadCircuit:
     ground: str = "0"
     elements: dict[str, float] = field(default_factory=dict)
     settings: dict[str, float] = field(default_factory=dict)
+    value_warnings: tuple[Diagnostic, ...] = ()
 
     def _part(self, name: str) -> CircuitPart | None:
         return next((part for part in self.parts if part.name == name), None)
@@ -115,11 +124,13 @@ def netlist_folder() -> Path:
     return installed if any(installed.glob("*.cir")) else Path(__file__).parents[2] / "netlists"
 
 
-def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
+def load_circuit(
+    load: Load, capacitance: float | None = None, text: str | None = None
+) -> LoadCircuit:
     """Read and check the circuit of a scene's load; a load resistance is the netlist `resistor`.
 
     ``capacitance`` (F) is the piezo's: a netlist's parameter Cp takes it, unless the scene gives
-    one.
+    one.  ``text`` is that of the netlist's file, which then need not be there yet.
 
     Raises InputError for an unknown netlist, one that could run a command or reach a file outside
     its folder, one without two terminals or without Rload, a construct that is not served, and
@@ -131,16 +142,14 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
         assert load.resistance is not None, "Load checks this"
         name = "resistor"
         parameters = {"R": load.resistance}
-    path = Path(name) if is_path(name) else _of_package(name)
-    netlist = read_netlist(path, netlist_folder() / "parts", board=load.terminals is not None)
-    body, board = (
-        (_with_rload(path, netlist), None)
-        if load.terminals is None
-        else (netlist.outside, as_board(netlist, load))
-    )
-    board = board or Board(dict(zip(body.terminals, (PIEZO, "0"), strict=True)))
-    for model in body.cards:
-        body.model(model)  # also one that nobody names
+    path, root = split_path(name) if is_path(name) else (_of_package(name), None)
+    try:
+        netlist, body, board = _read(load, path, root, text)
+    except DeckError as error:
+        raise InputError(f"{error}; {_adopt(load, path)}") from None
+    for model, line in body.cards.items():
+        if not line.included:
+            body.model(model)  # also one that nobody names; those of libraries may be others'
     keys = CircuitKeys(body, board)
     given = keys.given(path, parameters, capacitance)
     parts = written_out(netlist, body, board.nodes, board.ground, *keys.split(given))
@@ -162,7 +171,21 @@ def load_circuit(load: Load, capacitance: float | None = None) -> LoadCircuit:
         ground=board.ground,
         elements={keys.called(name): there[name.lower()].number or 0.0 for name in keys.elements},
         settings=settings_of(netlist),
+        value_warnings=unintended_values(body.elements, parts, capacitance)
+        if is_path(name)
+        else (),
     )
+
+
+def _read(
+    load: Load, path: Path, root: Path | None, text: str | None
+) -> tuple[ParsedNetlist, Body, Board]:
+    """The netlist of a load, its part that is the load circuit, and the nodes by their names."""
+    netlist = read_netlist(path, netlist_folder() / "parts", load.terminals is not None, root, text)
+    if load.terminals is not None:
+        return netlist, netlist.outside, as_board(netlist, load)
+    body = _with_rload(path, netlist)
+    return netlist, body, Board(dict(zip(body.terminals, (PIEZO, "0"), strict=True)))
 
 
 def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as it reads as one of the tables
@@ -188,6 +211,8 @@ def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as 
         for a netlist that is not there, with the nearest match, or cannot be used; a parameter that
         it does not have; and one that is no number and no quantity.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.Netlist("bridge", R="1 Mohm", C=1e-5).parameters
     {'R': 1000000.0, 'C': 1e-05}
@@ -219,6 +244,16 @@ def effective_value(part: CircuitPart) -> float | None:
         return None
     number = part.number * part.options.get("scale", 1.0)
     return number * part.multiplicity if part.kind == "c" else number / part.multiplicity
+
+
+def _adopt(load: Load, path: Path) -> str:
+    """The command that makes a board of a deck, as it is typed."""
+    out = "adopted.cir" if path.name == "board.cir" else "board.cir"
+    words = ["harvester", "adopt", os.path.relpath(path)]
+    words += [] if load.terminals is None else ["--terminals", ",".join(load.terminals)]
+    words += [] if load.resistor is None else ["--load", load.resistor]
+    words += [] if load.store is None else ["--store", load.store]
+    return f"{shlex.join([*words, '--out', out])} leaves out the lines that a scene replaces"
 
 
 def _of_package(name: str) -> Path:
@@ -254,6 +289,8 @@ def _with_initial(
     parts: Sequence[CircuitPart], volts: Mapping[str, float]
 ) -> tuple[CircuitPart, ...]:
     """The elements with what .ic cards say: capacitors at such nodes begin with the difference, but for their own."""
+    at = {inner: volts[node] for inner, node in inner_nodes(parts).items() if node in volts}
+    volts = {**at, **volts}
 
     def start(part: CircuitPart) -> CircuitPart:
         if part.kind != "c" or "ic" in part.options or not volts.keys() & set(part.nodes):

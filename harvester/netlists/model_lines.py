@@ -8,10 +8,12 @@ Source of the keys: ngspice 39's tables of model parameters (its ``devhelp``), i
 ``mod1set`` and the like.
 """
 
-from collections.abc import Mapping
+import difflib
+import re
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass
 
-from harvester.errors import invalid, unknown
+from harvester.errors import InputError, invalid, shown, unknown
 from harvester.netlists.expression_tree import Node
 from harvester.netlists.read_lines import Line
 from harvester.netlists.words import Words, tokens_of
@@ -100,6 +102,7 @@ OF_LETTER = {
     "s": ("sw",),
     "w": ("csw",),
 }
+IDEAL = frozenset({"ron", "roff", "vfwd", "vrev", "rrev"})  # keys of LTspice's ideal diode
 _WORDS = {"vdmos": ("nchan", "pchan")}
 _MOS_LEVELS = (1, 2, 3, 6)  # the others write log files
 _LEVELS = {
@@ -139,6 +142,29 @@ def read_model(line: Line) -> WrittenModel:
     rest = tokens[3:]
     if kind not in KEYS or name == "=":
         raise invalid(where, f"have a model of one of the types {', '.join(KEYS)}", line.text[:60])
+    words, texts = _texts(line, kind, rest)
+    known = KEYS[kind] or _mosfet_keys(where, texts)
+    if kind == "d" and is_ideal(texts):
+        known = IDEAL
+        name = f"{name}, LTspice's ideal diode,"
+    if kind in ("r", "res") and not {"tc1", "tc2", "tce"} & texts.keys():
+        texts.pop(
+            "t_abs", None
+        )  # a temperature of PSpice's, on which the resistance does not depend
+    reader = Words(line, "")
+    trees: dict[str, Node] = {}
+    for key, text in texts.items():
+        if key not in known and key not in _RATINGS.split():
+            raise _unknown_key(name, where, key, known)
+        if key in known:
+            trees[key] = reader.number(text)
+    _check_level(where, kind, texts)
+    return WrittenModel(line, model_name(line), kind, trees, tuple(words))
+
+
+def _texts(line: Line, kind: str, rest: list[str]) -> tuple[list[str], dict[str, str]]:
+    """The words of a card without a value, and the texts of its keys by their first names."""
+    where = f"netlist {line.where}"
     words: list[str] = []
     texts: dict[str, str] = {}
     while rest:
@@ -150,20 +176,28 @@ def read_model(line: Line) -> WrittenModel:
             rest.pop(0)
         if not rest or rest[0] == "=":
             raise invalid(where, f"give a value to {key}", line.text[:60])
+        if glued := re.fullmatch(r"([a-z]\w*?)-(\.?\d.*)", key):
+            raise invalid(where, f"have {glued[1]}={glued[2]} with a sign =", key)
         canonical = _ALIASES.get(kind, {}).get(key, key)
         if canonical in texts:
             raise invalid(where, f"give {canonical} once, by one of its names", line.text[:60])
         texts[canonical] = rest.pop(0)
-    known = KEYS[kind] or _mosfet_keys(where, texts)
-    reader = Words(line, "")
-    trees: dict[str, Node] = {}
-    for key, text in texts.items():
-        if key not in known and key not in _RATINGS.split():
-            raise unknown(f"key of model {name} in {where}", key, sorted(known))
-        if key in known:
-            trees[key] = reader.number(text)
-    _check_level(where, kind, texts)
-    return WrittenModel(line, name, kind, trees, tuple(words))
+    return words, texts
+
+
+def is_ideal(keys: Container[str]) -> bool:
+    """Whether the model of a diode with such keys is LTspice's ideal one."""
+    return any(key in keys for key in IDEAL)
+
+
+def _unknown_key(name: str, where: str, key: str, known: Iterable[str]) -> InputError:
+    """The error of a key that ngspice leaves out; all keys are listed if they are few."""
+    names = sorted(known)
+    if len(names) < 20 or difflib.get_close_matches(key, names, n=1):
+        return unknown(f"key of model {name} in {where}", key, names)
+    return InputError(
+        f"unknown key of model {name} in {where} {shown(key)}: remove it, as ngspice leaves it out"
+    )
 
 
 def _mosfet_keys(where: str, texts: Mapping[str, str]) -> frozenset[str]:

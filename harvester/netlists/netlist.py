@@ -15,11 +15,12 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 
-from harvester.errors import invalid
+from harvester.errors import InputError, invalid
 from harvester.netlists.cards import BOARD, DEFINITIONS, PARAMETERS, Settings
 from harvester.netlists.element_lines import Element, read_element
 from harvester.netlists.expression import BRACES, SOURCES
 from harvester.netlists.expression_tree import Node
+from harvester.netlists.ltspice import parts_of
 from harvester.netlists.model_lines import WrittenModel, model_name, read_model
 from harvester.netlists.read_lines import Line, read_lines
 from harvester.netlists.words import Words, assignments, parameter_value
@@ -47,23 +48,33 @@ class Body:
     parameters: dict[str, Node] = field(default_factory=dict)
     functions: dict[str, tuple[tuple[str, ...], str]] = field(default_factory=dict)
     known: Set[str] = frozenset()  # names of all models that its elements may name
+    trouble: InputError | None = None  # of the first of its lines that cannot be read
+
+    def check(self) -> None:
+        """Raise the error of a subcircuit that is used, but has a line that cannot be read."""
+        if self.trouble is not None:
+            raise self.trouble
 
     @cached_property
     def elements(self) -> list[Element]:
-        """Its elements; raises as `read_element`, and InputError for two of one name."""
+        """Its elements; raises as `check` and `read_element`, and for two of one name."""
+        self.check()
         elements: dict[str, Element] = {}
         for line in self.lines:
-            if line.word in elements:
-                raise invalid(
-                    f"netlist {line.where}", "have a name that no other element has", line.word
-                )
-            elements[line.word] = read_element(line, self.known)
+            for element in parts_of(read_element(line, self.known)):
+                name = element.name.lower()
+                if name in elements:
+                    raise invalid(element.where, "have a name that no other element has", name)
+                elements[name] = element
         return list(elements.values())
 
     @cache  # noqa: B019, as a netlist is read once
     def model(self, name: str) -> WrittenModel | None:
         """A model of its own; raises as `read_model`."""
-        return read_model(self.cards[name]) if name in self.cards else None
+        if name not in self.cards:
+            return None
+        _check_characters(self.cards[name])
+        return read_model(self.cards[name])
 
     def __hash__(self) -> int:
         return id(self)
@@ -114,15 +125,22 @@ class ParsedNetlist:
     settings: Settings = field(default_factory=Settings)
 
 
-def read_netlist(path: Path, library: Path | None = None, board: bool = False) -> ParsedNetlist:
+def read_netlist(
+    path: Path,
+    library: Path | None = None,
+    board: bool = False,
+    root: Path | None = None,
+    text: str | None = None,
+) -> ParsedNetlist:
     """The netlist of a file with what it includes, and with the parts of a ``library`` (a folder) that it may name.
 
     ``board`` says that the elements outside of subcircuits are the circuit; else they are a bench,
-    which stays out.
+    which stays out.  Included files are below the folder ``root``; default: that of the file.
+    ``text`` is that of the file, if it need not be there.
 
     Raises InputError, in one line, for what no netlist here may have.
     """
-    lines = list(read_lines(path))
+    lines = list(read_lines(path, root, text))
     if not board and not any(line.word in (".subckt", ".ends") for line in lines):
         must = "hold a subcircuit, .subckt to .ends, or be a flat one whose two piezo nets load.terminals names"
         raise invalid(f"netlist {path.name}", must, "neither")
@@ -162,33 +180,54 @@ def _parsed(file: str, lines: Iterable[Line], board: bool) -> ParsedNetlist:
     """The netlist of lines."""
     netlist = ParsedNetlist(file)
     current: Body | None = None
+    within = 0  # how many subcircuits are begun inside the current one
     for line in lines:
-        if line.word not in BOARD:  # whose text goes nowhere
-            _check_characters(line)
-        if line.word == ".subckt":
-            if current is not None:
-                raise invalid(
-                    f"netlist {line.where}", "begin no subcircuit inside another", line.text[:60]
-                )
-            current = _header(line)
-            if current.name.lower() in netlist.subcircuits:
-                raise invalid(
-                    f"netlist {line.where}",
-                    "have a subcircuit name of its own",
-                    current.name.lower(),
-                )
-            netlist.subcircuits[current.name.lower()] = current
-        elif line.word == ".ends":
-            if current is None:
-                raise invalid(f"netlist {line.where}", "end a subcircuit", ".ends without .subckt")
+        if line.word == ".subckt" and current is None:
+            current = _begun(netlist, line)
+        elif line.word == ".ends" and current is None:
+            raise invalid(f"netlist {line.where}", "end a subcircuit", ".ends without .subckt")
+        elif line.word == ".ends" and not within:
             current = None
-        elif line.word.startswith(".") and line.word not in (*DEFINITIONS, *PARAMETERS):
-            netlist.settings.add(line, board, inside=current is not None)
-        elif current is not None or board or line.word.startswith("."):
-            (current or netlist.outside).add(line)
+        elif current is None:
+            _add(netlist, netlist.outside, line, board, inside=False)
+        else:
+            within += {".subckt": 1, ".ends": -1}.get(line.word, 0)
+            try:
+                _add(netlist, current, line, board, inside=True)
+            except InputError as error:
+                if not line.included:
+                    raise
+                current.trouble = (
+                    current.trouble or error
+                )  # a library's, which matters if it is used
     if current is not None:
         raise invalid(f"netlist {file}", "hold a subcircuit, .subckt to .ends", "no end")
     return netlist
+
+
+def _add(netlist: ParsedNetlist, body: Body, line: Line, board: bool, inside: bool) -> None:
+    """Add a line to a body, or the settings of a card to the netlist."""
+    if line.word not in (
+        *BOARD,
+        ".model",
+    ):  # the former's text goes nowhere, the latter is read if it is named
+        _check_characters(line)
+    if line.word in (".subckt", ".ends"):
+        raise invalid(f"netlist {line.where}", "begin no subcircuit inside another", line.text[:60])
+    if line.word.startswith(".") and line.word not in (*DEFINITIONS, *PARAMETERS):
+        netlist.settings.add(line, board, inside)
+    elif inside or board or line.word.startswith("."):
+        body.add(line)
+
+
+def _begun(netlist: ParsedNetlist, line: Line) -> Body:
+    """The subcircuit that a .subckt line begins, which is added to the netlist."""
+    _check_characters(line)
+    body = _header(line)
+    if (name := body.name.lower()) in netlist.subcircuits:
+        raise invalid(f"netlist {line.where}", "have a subcircuit name of its own", name)
+    netlist.subcircuits[name] = body
+    return body
 
 
 def _check_characters(line: Line) -> None:
@@ -224,13 +263,21 @@ def _header(line: Line) -> Body:
         key: parameter_value(text, where) for key, text in words.pairs.items()
     }
     defaults |= dict.fromkeys(wanting)
-    for name in defaults:
+    spelt_keys = {key: spelling[key] for key in defaults}
+    body = Body(spelt.alone[0], tuple(plain[1:]), defaults, spelt_keys, line)
+    try:
+        _check_header(body, where)
+    except InputError as error:
+        body.trouble = error  # which matters if it is used
+    return body
+
+
+def _check_header(body: Body, where: str) -> None:
+    """Refuse parameters that have names of ngspice's, and terminals of one name."""
+    for name in body.defaults:
         _free(name, where)
         if name == "m":
             must = "have no parameter m, by which ngspice counts how many are side by side"
-            raise invalid(where, must, line.text[:60])
-    if len(set(plain[1:])) < len(plain) - 1:
-        raise invalid(where, "name each terminal once", line.text[:60])
-    return Body(
-        spelt.alone[0], tuple(plain[1:]), defaults, {key: spelling[key] for key in defaults}, line
-    )
+            raise invalid(where, must, body.line.text[:60])
+    if len(set(body.terminals)) < len(body.terminals):
+        raise invalid(where, "name each terminal once", body.line.text[:60])

@@ -11,11 +11,14 @@ A node or an element inside a called subcircuit x1 is x1.a, or x1.d2.
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, unknown
-from harvester.netlists.load_circuit import LoadCircuit
 from harvester.netlists.part import GROUND, INSIDE, PIEZO, CircuitPart, by_name
+
+if TYPE_CHECKING:
+    from harvester.netlists.load_circuit import LoadCircuit
 
 STORE = "store"
 FORM = "be store, v(NODE), v(NODE,NODE), i(ELEMENT) or p(ELEMENT)"
@@ -58,7 +61,7 @@ class Probe:
         return voltage * factor if self.plus or self.minus else factor
 
 
-def read_probes(texts: Iterable[str], load: LoadCircuit) -> tuple[Probe, ...]:
+def read_probes(texts: Iterable[str], load: "LoadCircuit") -> tuple[Probe, ...]:
     """The probes that texts name in a load circuit, each once.
 
     Raises InputError for a text of another form, and an unknown node or element, with the nearest
@@ -70,7 +73,7 @@ def read_probes(texts: Iterable[str], load: LoadCircuit) -> tuple[Probe, ...]:
     return tuple(_read(text, load) for text in distinct)
 
 
-def element_powers(load: LoadCircuit) -> dict[str, list[Probe]]:
+def element_powers(load: "LoadCircuit") -> dict[str, list[Probe]]:
     """The power that each element of a load circuit takes, by its name: of a called subcircuit, all that is in it.
 
     Rload and Csmooth, which are not a part of the circuit's losses, couplings of inductors, which
@@ -85,7 +88,7 @@ def element_powers(load: LoadCircuit) -> dict[str, list[Probe]]:
     return parts
 
 
-def _read(text: str, load: LoadCircuit) -> Probe:
+def _read(text: str, load: "LoadCircuit") -> Probe:
     if text == STORE:
         return _store(load)
     name = r"([\w.+/~-]+)"
@@ -106,7 +109,7 @@ def _read(text: str, load: LoadCircuit) -> Probe:
     return _of_element(kind, name, named[first])
 
 
-def _store(load: LoadCircuit) -> Probe:
+def _store(load: "LoadCircuit") -> Probe:
     """The voltage of the storage capacitor."""
     if not load.smoothing_nodes:
         raise InputError(
@@ -117,7 +120,7 @@ def _store(load: LoadCircuit) -> Probe:
     return Probe(STORE, "V", plus, minus)
 
 
-def _node(name: str, load: LoadCircuit) -> str:
+def _node(name: str, load: "LoadCircuit") -> str:
     """The node of a name: that of a terminal, of a flat netlist's net, with or without its slash, or one inside."""
     if name in GROUND:
         return load.ground

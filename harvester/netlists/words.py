@@ -116,7 +116,7 @@ def assignments(text: str, where: str) -> dict[str, Node]:
 
 def parameter_value(text: str, where: str) -> Node:
     """A parameter's value: a number with any unit, or an expression with braces, with quotes or without."""
-    if (value := plain_number(text)) is not None:
+    if (value := plain_number(text, mil=False)) is not None:
         return constant(value)
     if re.search(r"\s", re.sub(r"[{(].*[})]|'.*'|\".*\"", "", text, flags=re.DOTALL)):
         raise invalid(where, "have braces around an expression with blanks", text[:60])

@@ -17,7 +17,8 @@ from harvester.errors import InputError, invalid, shown, unknown
 from harvester.netlists.element_lines import Element
 from harvester.netlists.expression import BRACES, SOURCES, Language, resolved
 from harvester.netlists.expression_tree import Node, constant, with_leaves
-from harvester.netlists.model_lines import OF_LETTER
+from harvester.netlists.ltspice import ideal_current
+from harvester.netlists.model_lines import OF_LETTER, is_ideal
 from harvester.netlists.named_elements import check_names
 from harvester.netlists.netlist import Body, ParsedNetlist
 from harvester.netlists.part import GROUND, INSIDE, CircuitPart, ModelCard
@@ -190,6 +191,7 @@ def _called(
     where, name = element.where, element.model
     if (body := netlist.subcircuits.get(name)) is None:
         raise invalid(where, "call a subcircuit of this netlist", name)
+    body.check()
     if name in chain:
         raise invalid(where, "call no subcircuit within itself", name)
     if len(chain) > DEEPEST:
@@ -276,19 +278,41 @@ def _part(element: Element, scope: Scope, call: _Call) -> CircuitPart:
                 element.line.text[:60],
             )
         options["m"] = call.m
+    model = _model(element, scope)
+    form = element.form
+    if (current := _ideal(element, model)) is not None:
+        value = with_leaves(current, leaf)
+        form = "i"
+        model = None
     return CircuitPart(
         name=name,
         nodes=tuple(map(call.node, element.nodes)),
         value=value,
-        form=element.form,
-        model=_model(element, scope),
+        form=form,
+        model=model,
         others=tuple(path + other for other in element.others),
         options=options,
         waveform=tuple(scope.number(tree, where) for tree in element.waveform),
         word=element.word,
         line=element.line.where,
-        kind="b" if element.form in ("i", "v") else kind,
+        kind="b" if form in ("i", "v") else kind,
     )
+
+
+def _ideal(element: Element, model: ModelCard | None) -> Node | None:
+    """The current of an ideal diode; None of another element.
+
+    Raises InputError for resistances that are not above 0, voltages below 0, and keys but m.
+    """
+    if model is None or model.kind != "d" or not is_ideal(model.values):
+        return None
+    for key, number in model.values.items():
+        if number < 0.0 or (number == 0.0 and key.startswith("r")):
+            least = "above 0" if key.startswith("r") else "at least 0"
+            raise invalid(f"{element.where}, model {model.name}, {key},", f"be {least}", number)
+    if more := element.options.keys() - {"m"}:
+        raise invalid(element.where, "have an ideal diode with no key but m", min(more))
+    return ideal_current(element.nodes, model.values)
 
 
 def _model(element: Element, scope: Scope) -> ModelCard | None:

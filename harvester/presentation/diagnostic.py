@@ -19,9 +19,10 @@ Number = float | int | str | bool | None
 class Diagnostic:
     """One remark on a result.
 
-    ``code`` is a key of `harvester.presentation.messages.catalogue`; ``about`` names what it concerns (an engine, a
-    scene key, ...), empty for the whole result; ``numbers`` are what its sentence needs.  A "warning" doubts the
-    result, a "note" explains it, a "refusal" says why there is none.  ``str()`` of it is its sentence.
+    ``code`` is a key of `harvester.presentation.messages.catalogue`; ``about`` names what it
+    concerns (an engine, a scene key, ...), empty for the whole result; ``numbers`` are what its
+    sentence needs.  A "warning" doubts the result, a "note" explains it, a "refusal" says the
+    reason why it is missing.  ``str()`` of it is its sentence.
 
     >>> from harvester.presentation.diagnostic import note
     >>> str(note("open_circuit")), note("open_circuit").severity
@@ -43,7 +44,7 @@ class Diagnostic:
 
     @property
     def line(self) -> str:
-        """Its sentence, after what it is about where that is not the whole result."""
+        """Its sentence, after what it is about if that is not the whole result."""
         return f"{self.about}: {self}" if self.about else str(self)
 
     def of(self, about: str) -> "Diagnostic":
@@ -62,7 +63,7 @@ def note(code: str, about: str = "", /, **numbers: Number) -> Diagnostic:
 
 
 def refusal(code: str, about: str = "", /, **numbers: Number) -> Diagnostic:
-    """Why there is no result."""
+    """The reason for the lack of a result."""
     return Diagnostic(code, "refusal", about, numbers)
 
 

@@ -1,8 +1,8 @@
 """How an engine looks in every figure and on the page of `harvester explore`: colour, line, marker and label.
 
-An engine states its look beside what it computes; the list of engines puts it into `LOOKS`, which
+An engine states its look next to what it computes; the list of engines puts it into `LOOKS`, which
 figures read by the engine's name.  What tells engines apart survives a grey print: dashes, width
-and markers beside the colour.
+and markers next to the colour.
 """
 
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ from typing import Any
 class EngineLook:
     """The look of one engine, in the words of matplotlib.
 
-    ``line`` is a line style, or "none" for an engine that is drawn by its markers; ``width`` is for wide lines, which
-    stand under thin ones so that engines that agree all show; ``order`` is which stands on top; ``paler`` is the share
-    of white where its colour tells something else.  With several engines, the others are drawn over that of the
-    largest ``trust``.
+    ``line`` is a line style, or "none" for an engine that is drawn by its markers; ``width`` is for
+    wide lines, which are under thin ones so that engines that agree all show; ``order`` is which
+    stands on top; ``paler`` is the share of white if its colour tells something else.  With several
+    engines, the others are drawn over that of the largest ``trust``.
     """
 
     label: str
@@ -47,5 +47,5 @@ LOOKS: dict[str, EngineLook] = {}
 
 
 def look(engine: str) -> EngineLook:
-    """The look of an engine by its name; of one that is in no list, a plain one."""
+    """The look of an engine by its name; for one that is in no list, a plain one."""
     return LOOKS.get(engine) or EngineLook(engine)

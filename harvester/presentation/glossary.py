@@ -1,8 +1,9 @@
 """What the names of results mean: label, kind of unit, symbol, and one sentence; long because it is one table.
 
 A result's field is shown by its name's term here.  ``kind`` is an attribute of
-`harvester.presentation.answer_units.AnswerUnits`, so that the unit is that of the scene; "clock" is a time of
-computing, always in seconds; "share" is shown in percent; "" is a number without a unit.
+`harvester.presentation.answer_units.AnswerUnits`, so that the unit is that of the scene; "clock" is
+a computing time, always in seconds; "share" is shown in per cent; "names" are identifiers, shown as
+words; "" is a number without a unit.
 """
 
 from dataclasses import dataclass
@@ -125,7 +126,7 @@ GLOSSARY = _terms(
     candidates=("candidates", "", "The circuits that were compared."),
     days=("days", "", "The simulated time of the node."),
     share_of_possible=(
-        "of the upper bound",
+        "fraction of the upper bound",
         "share",
         "The power over the upper bound for any device of this mass.",
     ),
@@ -140,7 +141,7 @@ GLOSSARY = _terms(
         "The mean energy that one shock or step delivers to the load.",
     ),
     event_rate=("rate of events", "rate", "Shocks or steps per unit of time."),
-    effects=("effects", "", "The effects of the scene, and all results."),
+    effects=("effects", "names", "The effects of the scene, and all results."),
     seconds=("seconds", "clock", "The time of the computation, without compilation."),
     steps=("steps", "", "Trajectory-steps, or steps that ngspice accepted."),
     nondimensional=(

@@ -13,7 +13,7 @@ from harvester.uncertainty.value import Value, number
 
 
 def plain(content: Any) -> Any:
-    """What JSON can hold: a value with its errors, an array as a list; a number that is none is null."""
+    """What JSON can hold: a value with its errors, an array as a list; an invalid number is null."""
     if isinstance(content, Value):
         return number(content)
     if isinstance(content, Diagnostic | Exception):

@@ -1,7 +1,7 @@
 """What all results share: a short repr, a text, a notebook's table, JSON, pandas and xarray, from their fields alone.
 
 A result is a frozen dataclass of values, arrays, tables, diagnostics and other results.  It formats
-nothing itself: what it wants beyond the order of its fields it says in class attributes.
+nothing itself: what it wants beyond the order of its fields it states in class attributes.
 """
 
 import dataclasses
@@ -29,13 +29,13 @@ HANDLED = frozenset({"diagnostics", "physical"})
 class Result:
     """The base of results: what derives from it is a frozen dataclass, which answers a misspelt keyword with its match.
 
-    Of a result's names, its fields but for ``INTERNAL`` ones and then ``DERIVED`` properties, the
-    text shows all but ``NOT_SHOWN``, JSON all but ``NOT_IN_JSON`` (under other names where
-    ``JSON_NAMES`` has some; of those ``OPTIONAL`` only what is there), and the short repr those of
+    For a result's names, its fields but for ``INTERNAL`` ones and then ``DERIVED`` properties, the
+    text shows all but ``NOT_SHOWN``, JSON all but ``NOT_IN_JSON`` (under other names if
+    ``JSON_NAMES`` has some; for those ``OPTIONAL`` only what is there), and the short repr those of
     ``SHORT``; ``RENAMED`` maps names of an earlier version to today's. A field ``diagnostics``
     becomes the notes and warnings, ``physical`` states whether the numbers have SI units.
 
-    Two results are equal where all that they say is, but for the seconds of computing.
+    Two results are equal if all that they say is, but for the seconds of computing.
     """
 
     DERIVED: ClassVar[tuple[str, ...]] = ()

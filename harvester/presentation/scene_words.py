@@ -1,6 +1,6 @@
 """What the coefficients of the equations and the effects of a scene are, in words.
 
-Of one that is not here a report says what its scene key, or its name, says of it.
+For one that is not here a report states what its scene key, or its name, says of it.
 """
 
 COEFFICIENTS = {

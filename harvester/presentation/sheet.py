@@ -78,7 +78,7 @@ class Sheet:
 def sheet(
     result: Presentable, head: str | None = None, units: AnswerUnits | None = None, unit: str = ""
 ) -> Sheet:
-    """The sheet of a result; ``head`` replaces what it says of engine, seconds and steps.
+    """The sheet of a result; ``head`` replaces what it states of engine, seconds and steps.
 
     ``units`` and ``unit`` are those of the result that it is a part of, if it does not know its
     own.
@@ -167,6 +167,8 @@ def _rows(name: str, content: Any, units: AnswerUnits, unit: str) -> Iterator[tu
     """The row of a number, a value or a text; none of what is absent, and of arrays."""
     about = term(name)
     text = _text(content, about, unit_of(about, units, unit))
+    if about.kind == "names":
+        text = text.replace("_", " ")
     if text:
         yield about.label, text
 
@@ -214,7 +216,7 @@ def unit_of(about: Term, units: AnswerUnits, unit: str = "") -> str:
         return unit
     if about.kind in AnswerUnits.__dataclass_fields__:
         return str(getattr(units, about.kind))
-    return "" if about.kind in ("share", "clock") else about.kind
+    return "" if about.kind in ("share", "clock", "names") else about.kind
 
 
 def _is_result(content: Any) -> TypeGuard[Presentable]:
@@ -222,7 +224,7 @@ def _is_result(content: Any) -> TypeGuard[Presentable]:
 
 
 def _head(result: Presentable) -> str:
-    """The engine, and what it took."""
+    """The engine, and its cost."""
     engine = getattr(result, "engine", "")
     seconds = getattr(result, "seconds", None)
     steps = getattr(result, "steps", 0)

@@ -45,9 +45,9 @@ FAILED, UNKNOWN = "failed", "not known"
 class Column:
     """A column: its name (of the glossary, or a scene key), its cells, and the unit of its numbers ("" for none).
 
-    ``units`` are those of each cell, where they differ from row to row, as those of scene keys do.  ``exact`` numbers
-    are written into files to the last digit.  ``uncertain`` says that its cells are values with errors, so that a file
-    has the columns of their errors also where no cell has one.
+    ``units`` are those of each cell, if they differ from row to row, as those of scene keys do.
+    ``exact`` numbers are written into files to the last digit.  ``uncertain`` states that its cells
+    are values with errors, so that a file has the columns of their errors also if no cell has one.
     """
 
     name: str
@@ -118,7 +118,7 @@ class Table:
         return next(column.cells for column in self.columns if column.name == name)
 
     def cells_or_none(self, name: str) -> "Sequence[Cell] | Floats":
-        """The cells of a column, each None where there is no such column."""
+        """The cells of a column, each None if there is not such a column."""
         return next(
             (column.cells for column in self.columns if column.name == name), [None] * len(self)
         )
@@ -145,7 +145,7 @@ class Table:
         return "".join(self.csv_lines(units))
 
     def csv_lines(self, units: bool = False) -> Iterator[str]:
-        """The lines of a CSV file: nine digits, and an empty cell where there is nothing."""
+        """The lines of a CSV file: nine digits, and an empty cell if there is nothing."""
         of = {name: column for column in self.columns for name in column.plain()}
         cells_of = {
             name: map(repr, cells) if of[name].exact else cells
@@ -168,13 +168,13 @@ class Table:
         return out.getvalue()
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """A data frame: numbers as numbers, nan where there is none."""
+        """A data frame: numbers as numbers, nan if absent."""
         import pandas
 
         return pandas.DataFrame({name: _typed(cells) for name, cells in self.plain().items()})
 
     def to_xarray(self) -> "xarray.Dataset":
-        """A dataset over the columns of ``index`` (over the rows where there are none); units are attributes."""
+        """A dataset over the columns of ``index`` (over the rows if absent); units are attributes."""
         frame = self.to_pandas()
         dataset = (
             frame.set_index(list(self.index)) if self.index else frame.rename_axis("row")
@@ -279,7 +279,7 @@ def _unit(column: Column, name: str) -> str:
 
 
 def _typed(cells: Sequence[Any]) -> Any:
-    """An array of numbers where all cells are numbers or None, else of objects."""
+    """An array of numbers if all cells are numbers or None, else of objects."""
     if all(cell is None or isinstance(cell, float | int | np.number) for cell in cells):
         return np.array([math.nan if cell is None else cell for cell in cells])
     return np.array(cells, dtype=object)

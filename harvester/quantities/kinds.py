@@ -38,7 +38,7 @@ class Kind:
 
     @property
     def must(self) -> str:
-        """What a value must be, as an error says it."""
+        """What a value must be, as an error states it."""
         text = f"be {self.name}, such as {self.example}"
         if self.least > -math.inf and self.most < math.inf:
             return f"{text}, between {self.least:g} and {self.most:g}"
@@ -106,8 +106,8 @@ class Kind:
     def scale(self, unit: str) -> tuple[float | None, int]:
         """The factor that brings a number with this unit to SI, and the power to raise the number to before.
 
-        The power is 2 for the root of a density, such as mg/rtHz; the factor is None for what is no
-        unit of the kind.
+        The power is 2 for the root of a density, such as mg/rtHz; the factor is None for anything
+        that is not a unit of the kind.
         """
         if unit == "":
             return 1.0 if self.unit == "" else None, 1
@@ -214,8 +214,8 @@ ANY = Kind("a number or a quantity with a unit", "", "'10 uF'")
 def with_prefix(value: object, kind: Kind) -> float:
     """A quantity as the command line writes it: "1k", "10M", "1 Mohm", "3e4"; ValueError as `Kind.read`.
 
-    Beside what a scene file reads it takes a text with a bare number, in SI units, for there all
-    values are texts.
+    In addition to what a scene file reads it takes a text with a bare number, in SI units, for
+    there all values are texts.
     """
     parts = units.split_unit(value)
     return kind.read(parts[0]) if parts is not None and parts[1] == "" else kind.read(value)

@@ -37,10 +37,10 @@ def mantissas(series: str) -> tuple[float, ...]:
     """The values of a series from 1 to below 10, such as (1.0, 2.2, 4.7) of E3; without unit.
 
     E3 to E24 are every eighth, fourth, second or each of the 24 rounded values of the standard; E48
-    to E192 are 10^(k/n) with three digits, but for 9.20 of E192, which the standard writes where
+    to E192 are 10^(k/n) with three digits, but for 9.20 of E192, which the standard writes if
     the rounding gives 9.19.
 
-    Raises InputError for a series that is none of `SERIES`.
+    Raises InputError for a series that is not one of `SERIES`.
     """
     if series not in SERIES:
         raise invalid("an E series", f"be one of {', '.join(SERIES)}", series)
@@ -54,7 +54,7 @@ def mantissas(series: str) -> tuple[float, ...]:
 def nearest(series: str, value: float) -> float:
     """The value of a series that is nearest by ratio to a value above 0, in the unit of that value.
 
-    Raises InputError for a series that is none of `SERIES`, and for a value that is not above 0.
+    Raises InputError for a series that is not one of `SERIES`, and for a value that is not above 0.
     """
     return min(
         between(series, value / 10.0, value * 10.0),
@@ -65,7 +65,7 @@ def nearest(series: str, value: float) -> float:
 def between(series: str, low: float, high: float) -> tuple[float, ...]:
     """All values of a series from ``low`` to ``high``, both above 0 and in the same unit, the smallest first.
 
-    Raises InputError for a series that is none of `SERIES`, and for ends that are not above 0.
+    Raises InputError for a series that is not one of `SERIES`, and for ends that are not above 0.
     """
     if not low > 0.0:
         raise invalid("a value of an E series", "be above 0", low)

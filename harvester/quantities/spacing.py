@@ -23,8 +23,10 @@ def logspace(low: float | str, high: float | str, count: int) -> tuple[float | s
     Raises
     ------
     InputError
-        for ends that are no quantities of one kind, or not both above 0, and a count below 2.
+        for ends that are not quantities of one kind, or not both above 0, and a count below 2.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.logspace(1.0, 100.0, 3)
     (1.0, 10.0, 100.0)
@@ -61,8 +63,10 @@ def linspace(low: float | str, high: float | str, count: int) -> tuple[float | s
     Raises
     ------
     InputError
-        for ends that are no quantities of one kind, and a count below 2.
+        for ends that are not quantities of one kind, and a count below 2.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.linspace("0 mm", "0.5 mm", 3)
     ('0.0 mm', '0.25 mm', '0.5 mm')
@@ -88,7 +92,7 @@ def _ends(low: float | str, high: float | str, count: int) -> tuple[float, float
 def _in_one_unit(
     first: tuple[float, str] | None, last: tuple[float, str] | None
 ) -> tuple[float, float, str | None] | None:
-    """Two quantities in the unit of the first, or plain numbers of prefixes alone; None where they are of two kinds."""
+    """Two quantities in the unit of the first, or plain numbers of prefixes alone; None if they are of two kinds."""
     if first is None or last is None:
         return None
     (a, unit), (b, other) = first, last

@@ -98,7 +98,7 @@ def prefix_factor(prefix: str) -> float | None:
 
 @lru_cache(1000)
 def unit_factor(text: str, unit: str | None) -> float | None:
-    """How many ``unit`` (None: SI base units) one ``text`` is, or None if it is no such unit."""
+    """How many ``unit`` (None: SI base units) one ``text`` is, or None if it is not such a unit."""
     factor = USUAL_UNITS.get((text, unit))
     if factor is None and len(text) <= _LONGEST:
         text = respelled(text)

@@ -1,1 +1,4 @@
-"""What loggers and analysers wrote: CSV files read, cleaned and described; shaking by the name of a profile."""
+"""What loggers and analysers wrote: CSV files read, cleaned and described.
+
+Shaking by the name of a profile.
+"""

@@ -1,4 +1,6 @@
-"""A logger's record made clean: one axis at even times, without offset and drift; what was found is reported.
+"""A logger's record made clean: one axis at even times, without offset and drift.
+
+What was found is reported.
 
 What is mended: repeated times, times too coarse for the rate, jitter, gaps of a few samples (by a
 cubic), the mean and a linear drift.  What would be guessed is refused, with the remedy: long gaps,
@@ -15,12 +17,19 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.presentation.diagnostic import Diagnostic, note, warning
-from harvester.quantities.kinds import ACCELERATION, TIME
-from harvester.quantities.units import LARGEST
-from harvester.records.csv_layout import MISSING
-from harvester.records.csv_table import CsvColumn, CsvTable, read_table
-from harvester.records.record_files import AXES, FEWEST, is_acceleration, is_time, times
-from harvester.records.record_times import ascending, even, longest_part
+from harvester.records.csv_table import read_table
+from harvester.records.named_columns import is_time
+from harvester.records.record_clock import check_sizes, record_times
+from harvester.records.record_columns import (
+    accelerations,
+    axis_column,
+    chosen_rows,
+    named,
+    refuse_words,
+)
+from harvester.records.record_facts import NO_FACTS, AskedError, RecordFacts
+from harvester.records.record_times import FEWEST, ascending, even, joined, longest_part, recordings
+from harvester.records.standstill import Standstill, standstill
 
 MOST_CLIPPED = 0.01  # of all samples
 CLIPPED_RUN = 3  # equal samples at an end of the range that are a clipped one
@@ -32,7 +41,10 @@ NEAR_NYQUIST, LOUD = 0.8, 0.1
 
 @dataclass(frozen=True, eq=False)
 class CleanRecord:
-    """Accelerations in m/s^2, shape (n,), every 1/``rate`` seconds; ``axis`` they are of, and what was done."""
+    """Accelerations in m/s^2, shape (n,), every 1/``rate`` seconds.
+
+    ``axis`` they are of, and what was done.
+    """
 
     rate: float
     values: Floats
@@ -55,18 +67,49 @@ class CleanRecord:
 class Part:
     """Which part of a record is taken: ``begin`` and ``end`` in s from its beginning, or the ``longest`` without a gap.
 
-    Raises InputError for a part that is none.
+    ``recording`` is the number of one of several recordings; ``join`` joins the parts between long
+    gaps.  Raises InputError for a part that is none.
     """
 
     begin: float | None = None
     end: float | None = None
     longest: bool = False
+    recording: int | None = None
+    join: bool = False
 
     def __post_init__(self) -> None:
         if self.begin is not None and not self.begin >= 0.0:
             raise invalid("`from`", "be at least 0 s, the beginning of the record", self.begin)
         if self.end is not None and not self.end > (self.begin or 0.0):
             raise invalid("`to`", "be later than `from`", self.end)
+
+    def of_recordings(self, time: Floats, notes: list[Diagnostic]) -> slice:
+        """The rows of one of several recordings, each of which begins at an earlier time.
+
+        All rows if it is one.
+        """
+        parts = recordings(time)
+        if self.recording is not None and not 1 <= self.recording <= len(parts):
+            raise invalid(
+                "`recording`", f"be between 1 and {len(parts)} for this file", self.recording
+            )
+        if len(parts) == 1:
+            return parts[0]
+        longest = int(np.argmax([rows.stop - rows.start for rows in parts]))
+        if parts[longest].stop - parts[longest].start < FEWEST:
+            row = parts[1].start + 1
+            raise InputError(f"FILE must have ascending times, but row {row} does not")
+        if self.recording is None and not self.longest:
+            raise AskedError(
+                f"FILE must have ascending times, but row {parts[1].start + 1} does not: it has "
+                f"{len(parts)} recordings, of which `recording` 1 selects the first, and `longest` the longest",
+                "longest",
+            )
+        k = self.recording - 1 if self.recording else longest
+        notes.append(
+            note("one_recording", number=k + 1, of=len(parts), rows=parts[k].stop - parts[k].start)
+        )
+        return parts[k]
 
     def rows(self, time: Floats, values: Floats, notes: list[Diagnostic]) -> slice:
         """The rows of the part, at times that ascend but for jitter."""
@@ -90,127 +133,67 @@ class Part:
         return slice(rows.start + inner.start, rows.start + inner.stop)
 
 
-def clean(path: str, axis: str | None, rate: float | None, part: Part | None = None) -> CleanRecord:
-    """Read a file and make its record clean; ``rate`` (Hz) as the command's.
+def clean(path: str, facts: RecordFacts = NO_FACTS, part: Part | None = None) -> CleanRecord:
+    """Read a file and clean its record.
 
-    Raises InputError in one line, with the remedy, for what cannot be read or must not be guessed.
+    Raises InputError in one line, with the remedy, for anything that cannot be read or must not be
+    guessed.
     """
     table = read_table(path, "FILE")
-    notes = [table.layout]
+    notes = [table.layout, *table.notes]
     warnings = list[Diagnostic]()
-    column = _axis(table, axis)
-    values = _in_si(table, column)
-    time = times(table, "FILE")
-    _refuse_words(table, column)
+    table = chosen_rows(named(table, notes), facts.where)
+    column = axis_column(table, facts.axis)
+    values = accelerations(table, column, facts.unit, notes)
+    refuse_words(table, column)
     check_sizes(column, values)
+    for stamps in table.find(is_time)[:1]:
+        refuse_words(table, stamps)
+    time = record_times(table, facts.rate, facts.time_unit, notes, warnings)
     if time is None:
+        rate = facts.rate or table.facts.rate
         if rate is None:
-            raise InputError(
-                f"`rate` must be given for a file without times, but is left out, and FILE has {shown(table.heads)}"
+            raise AskedError(
+                "`rate` must be given for a file without times, but is left out, and FILE has "
+                f"{shown(table.heads)}",
+                "rate",
             )
         time = np.arange(len(values)) / rate
         notes.append(note("no_times", rate=rate))
-    else:
-        notes += _unit_of(table.find(is_time)[0])
-        check_sizes(table.find(is_time)[0], time)
     if len(values) < FEWEST:
         raise invalid("FILE", f"have at least {FEWEST} rows", len(values))
-    time, values = ascending(time, values, notes)
-    rows = (part or Part()).rows(time, values, notes)
+    part = part or Part()
+    rows = part.of_recordings(time, notes)
+    time, values = ascending(time[rows], values[rows], notes)
+    rows = part.rows(time, values, notes)
     time, values = time[rows], values[rows]
-    _refuse_clipped(values, warnings)
-    spacing, values = even(time, values, notes)
+    stood = standstill(values)
+    if stood is not None:
+        warnings.append(stands_still(stood, time))
+    _refuse_clipped(values if stood is None else values[stood.mask()], warnings)
+    spacing, values = (joined if part.join else even)(time, values, notes)
     values = _without_drift(values, spacing, notes)
     if not np.any(np.abs(values) > 0.0):
         raise invalid("FILE", "have accelerations that change", float(values[0]))
     _near_nyquist(values, 1.0 / spacing, warnings)
+    rate = facts.rate
     if rate is not None and abs(rate * spacing - 1.0) > 1e-6:
         values = _resampled(values, 1.0 / spacing, rate, notes)
     return CleanRecord(rate or 1.0 / spacing, values, column.name, tuple(notes), tuple(warnings))
 
 
-def _unit_of(column: CsvColumn) -> list[Diagnostic]:
-    """What to tell of the unit that times are read in, if it does not stand in brackets."""
-    if column.stated or column.clock:
-        return []
-    factor, _ = column.scale(TIME) or (None, 1)
-    unit = next(
-        (
-            unit
-            for unit in column.candidates()
-            if factor is not None and TIME.scale(unit)[0] == factor
-        ),
-        "",
-    )
-    return [note("unit_of_times", unit=unit, column=column.name)]
-
-
-def check_sizes(column: CsvColumn, values: Floats) -> None:
-    """Refuse a number so large that no sum or square of it is one."""
-    large = np.abs(values) > LARGEST
-    if large.any():
-        row = int(large.argmax()) + 1
-        raise invalid(
-            f"FILE column {column.name!r} row {row}",
-            f"be at most {LARGEST:g} in size",
-            float(column.values[row - 1]),
-        )
-
-
-def _axis(table: CsvTable, axis: str | None) -> CsvColumn:
-    """The column of an axis, x, y or z, or of that name; the only acceleration if none is asked for."""
-    columns = table.find(is_acceleration)
-    if axis is not None:
-        short = axis.strip().lower()
-        named = [
-            column
-            for column in table.columns
-            if short in (column.head.strip().lower(), column.name.lower())
-        ]
-        named += [
-            c
-            for c in columns
-            if short in AXES and {short, "a" + short, "acc" + short, "accel" + short} & set(c.words)
-        ]
-        if not named:
-            raise InputError(
-                f"`axis` must be one of the columns of FILE, {shown(table.heads)}, but is {shown(axis)}"
-            )
-        return named[0]
-    if not columns:
-        others = [column for column in table.columns if not is_time(column)]
-        columns = others if len(others) == 1 else []
-    if len(columns) != 1:
-        names = ", ".join(column.name for column in columns) or table.heads
-        raise InputError(
-            f"`axis` must be given where FILE has several columns, {shown(names)}, but is left out"
-        )
-    return columns[0]
-
-
-def _in_si(table: CsvTable, column: CsvColumn) -> Floats:
-    values = column.in_si(ACCELERATION)
-    if values is None:
-        was = column.stated or "none"
-        raise invalid(
-            f"FILE column {column.name!r}",
-            "have a unit such as g, mg or m/s^2 behind its name: 'z (g)'",
-            was,
-        )
-    return values
-
-
-def _refuse_words(table: CsvTable, column: CsvColumn) -> None:
-    """Refuse cells that are neither a number nor a sign of a missing one."""
-    wrong = [
-        (row, text)
-        for row, index, text in table.bad
-        if index == column.index and text.lower() not in MISSING
-    ]
-    if wrong:
-        raise invalid(
-            f"FILE column {column.name!r} row {wrong[0][0]}", "be a number or empty", wrong[0][1]
-        )
+def stands_still(stood: Standstill, time: Floats) -> Diagnostic:
+    """The warning of a constant sensor, with the longest part in which it changes; times in s."""
+    begin, end = stood.longest
+    at = {"begin": float(time[begin] - time[0]), "end": float(time[end - 1] - time[0])}
+    living = stood.living
+    part: dict[str, float] = {}
+    if living is not None:
+        part = {
+            "low": float(time[living[0]] - time[0]),
+            "high": float(time[living[1] - 1] - time[0]),
+        }
+    return warning("stands_still", samples=stood.samples, share=stood.share, **at, **part)
 
 
 def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
@@ -221,13 +204,17 @@ def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
     clipped = crests = 0
     step = STEPS * float(np.diff(np.unique(known)).min())
     for end in (known.max(), known.min()):
+        sudden_runs = smooth = 0
         edges = np.flatnonzero(np.diff(np.concatenate(([0], (known == end).astype(int), [0]))))
         for begin, behind in zip(edges[::2], edges[1::2], strict=True):
             if behind - begin >= CLIPPED_RUN:
                 beside = known[[max(begin - 1, 0), min(behind, len(known) - 1)]]
                 sudden = np.abs(beside - end).max() > step
-                clipped = clipped + sudden * (behind - begin)
-                crests = crests + (not sudden) * (behind - begin)
+                sudden_runs += int(sudden)
+                smooth += (not sudden) * int(behind - begin)
+        crests += smooth
+        # an end that was clipped once is the end of the range: shorter runs there are clipped, too
+        clipped += int((known == end).sum()) - smooth if sudden_runs else 0
     share = clipped / len(known)
     if crests > MOST_CLIPPED * len(known):
         warnings.append(warning("perhaps_clipped", samples=int(crests)))
@@ -256,7 +243,7 @@ def _without_drift(values: Floats, spacing: float, notes: list[Diagnostic]) -> F
 
 
 def _near_nyquist(values: Floats, rate: float, warnings: list[Diagnostic]) -> None:
-    """Warn where much of the power is just below half the rate: more may have been folded down from above."""
+    """Warn if much of the power is just below half the rate: more may have been folded down from above."""
     power = np.abs(np.fft.rfft(values * np.hanning(len(values)))) ** 2
     power[0] *= 0.5  # of the two-sided spectrum, this line and that at half the rate are there once
     power[-1] *= 0.5 if len(values) % 2 == 0 else 1.0

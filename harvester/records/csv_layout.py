@@ -1,7 +1,8 @@
 """How a logger's CSV file is laid out: its delimiter, decimal sign, names and units of columns, and where data begin.
 
 Nothing is asked of the file but that its rows hold numbers or times: the layout that makes most
-lines such rows, and whose header has as many cells as they have, is the file's.
+lines such rows, and whose header has as many cells as they have, is the file's.  A column may hold
+words in all rows, as a status, and a name may precede each number (`x: 0.12`).
 """
 
 import csv
@@ -10,11 +11,14 @@ import itertools
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from harvester.errors import escaped
 from harvester.quantities.kinds import ACCELERATION_PSD
 from harvester.quantities.units import is_unit
+from harvester.records.clock_times import is_clock
+from harvester.records.preamble import NOTHING, Preamble, preamble
 
 DELIMITERS = ("\t", ";", ",", "|", " ")
 LOOKED_AT = 300  # lines that tell the layout
@@ -24,17 +28,27 @@ MISSING = frozenset(
     ("", "nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf", "ovr", "ovl", "#n/a")
 )
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
-CLOCK = re.compile(
-    r"(?:(\d{4}-\d\d-\d\d|\d\d\.\d\d\.\d{4})[T ]+)?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
+_SEMICOLON_REMARK = re.compile(
+    r"\s*;+\s+[A-Za-z][^;]*"
+)  # a comment, where semicolons do not separate columns
+_LABEL = re.compile(
+    r"(?<![\w.:])([A-Za-z][A-Za-z_]{0,15}\s*[:=]|[ag]?[xyztXYZT](?=[-+.\d]))\s*(?=[-+.\d])"
 )
+_SEPARATOR = re.compile(r"[-=_+|\s]+")
+_WHOLE = re.compile(r"[+-]?\d+")
+_DECIMAL = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
+_FRACTION = re.compile(r"\d{1,9}(?:[eE][+-]?\d+)?")
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The layout of a file: ``heads`` and ``units`` have a text for each column, empty if there is none.
+    """The layout of a file: ``heads`` and ``units`` have a text for each column, empty if absent.
 
     ``rows`` are the lines of data, ``remarks`` those of comments and of what stands above the
-    header.
+    header, which state the ``facts``; ``header`` are the lines of names and units.  ``words`` are
+    the columns of words.  ``joined`` are the columns whose decimal comma made two cells of a
+    number; ``labelled``: a name precedes each number.  ``too_few_names``: a column with numbers has no
+    name.  ``beside`` is the number of lines above the data that end in a row of numbers.
     """
 
     delimiter: str
@@ -43,35 +57,93 @@ class Layout:
     units: tuple[str, ...]
     rows: tuple[str, ...]
     remarks: tuple[str, ...]
+    facts: Preamble = NOTHING
+    header: frozenset[str] = frozenset()
+    words: frozenset[int] = frozenset()
+    joined: tuple[int, ...] = ()
+    labelled: bool = False
+    too_few_names: bool = False
+    beside: int = 0
+
+    @property
+    def raw_cells(self) -> int:
+        """The cells of a row as it is written."""
+        return len(self.heads) + len(self.joined)
+
+
+class _Header(NamedTuple):
+    """Names and units of columns, the lines above them, and the lines of both."""
+
+    heads: tuple[str, ...]
+    units: tuple[str, ...]
+    above: tuple[str, ...]
+    lines: tuple[str, ...]
 
 
 def layout(text: str) -> Layout | None:
     """The layout of a text; None if no line is a row of numbers."""
-    remarks = tuple(
-        line.rstrip() for line in text.splitlines() if line.lstrip().startswith(COMMENTS)
-    )
+    remarks = tuple(line.rstrip() for line in text.splitlines() if _is_remark(line))
     plain = plain_lines(text)
     looked = plain[:LOOKED_AT]
+    labels = _labels(looked)
+    if labels:
+        looked = [_LABEL.sub("", line) for line in looked]
     scored = [(_score(looked, *form), form) for form in itertools.product(DELIMITERS, ".,")]
     best, (delimiter, decimal) = max(scored, key=lambda candidate: candidate[0])
     if not best[0]:
         return None
-    data = [is_data(cells(line, delimiter), decimal) for line in looked]
+    rows = [cells(line, delimiter) for line in looked]
+    words = _word_columns(rows, decimal)
+    data = [is_data(row, decimal, words) for row in rows]
     first = data.index(True)
-    heads, units, above = _header(
-        looked[:first], remarks, delimiter, _width(looked, data, delimiter)
+    header = _header(plain[:first], remarks, delimiter, _width(rows, data))
+    every = (*remarks, *header.above)
+    width = _width([[cell for cell in row if cell] for row in rows], data)
+    form = Layout(
+        delimiter,
+        decimal,
+        (),
+        (),
+        tuple(plain[first:]),
+        every,
+        facts=preamble(every),
+        header=frozenset(header.lines),
+        words=words,
+        labelled=bool(labels),
+        beside=sum(_ends_in_data(row, width, decimal) for row in rows[:first]),
     )
-    names = tuple(map(escaped, heads)), tuple(map(escaped, units))
-    return Layout(delimiter, decimal, *names, tuple(plain[first:]), (*remarks, *above))
+    numbers = [row for row, numeric in zip(rows, data, strict=True) if numeric]
+    return _named(form, header, labels, numbers)
+
+
+def _named(
+    form: Layout, header: _Header, labels: Sequence[str], rows: Sequence[Sequence[str]]
+) -> Layout:
+    """A layout with the names and units of its columns, of which ``rows`` are rows of numbers."""
+    count = _width(rows, [True] * len(rows))
+    joined = _joined(header, rows, count)
+    names = header.heads
+    if labels and not any(names):
+        names = (*labels, *[""] * count)[:count]
+    kept = max(count - len(joined), len(names))
+    blank = [""] * kept
+    nameless = any(any(row[len(names) :]) for row in rows)
+    return replace(
+        form,
+        heads=tuple(map(escaped, (*names, *blank)[:kept])),
+        units=tuple(map(escaped, (*header.units, *blank)[:kept])),
+        joined=joined,
+        too_few_names=not joined and any(names) and nameless,
+    )
+
+
+def _is_remark(line: str) -> bool:
+    return line.lstrip().startswith(COMMENTS) or bool(_SEMICOLON_REMARK.fullmatch(line.rstrip()))
 
 
 def plain_lines(text: str) -> list[str]:
     """The lines that are neither empty nor comments."""
-    return [
-        line.rstrip()
-        for line in text.splitlines()
-        if line.strip() and not line.lstrip().startswith(COMMENTS)
-    ]
+    return [line.rstrip() for line in text.splitlines() if line.strip() and not _is_remark(line)]
 
 
 def most_cells(text: str) -> int:
@@ -80,23 +152,58 @@ def most_cells(text: str) -> int:
     return max((max(line.count(sign) for sign in ",;|\t") + 1 for line in lines), default=0)
 
 
-def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[int, bool, bool, int]:
-    """How well a delimiter and a decimal sign make lines rows: how many, below a header of as many cells; the usual."""
+def without_labels(text: str) -> str:
+    """A text without the names that precede its numbers."""
+    return _LABEL.sub("", text)
+
+
+def _labels(lines: Sequence[str]) -> tuple[str, ...]:
+    """The names that precede the numbers of most lines, in their order; else empty."""
+    header = Counter(
+        tuple(label.rstrip(" :=\t") for label in _LABEL.findall(line))
+        for line in lines
+        if len(line) < 1000
+    )
+    labels, times = header.most_common(1)[0] if header else ((), 0)
+    return labels if labels and times > 0.5 * len(lines) else ()
+
+
+def _score(lines: Sequence[str], delimiter: str, decimal: str) -> tuple[int, int, bool, bool, int]:
+    """How well a delimiter and a decimal sign make rows: how many, with few words, below a header."""
     rows = [cells(line, delimiter) for line in lines]
-    data = [is_data(row, decimal) for row in rows]
-    count = _width(lines, data, delimiter)
+    words = _word_columns(rows, decimal)
+    data = [is_data(row, decimal, words) for row in rows]
+    count = _width(rows, data)
     fits = sum(numeric and len(row) <= count for numeric, row in zip(data, rows, strict=True))
     first = data.index(True) if fits else 0
     named = first == 0 or len(rows[first - 1]) == count
-    return fits, named, count > 1, -2 * DELIMITERS.index(delimiter) - (decimal == ",")
-
-
-def _width(lines: Sequence[str], data: Sequence[bool], delimiter: str) -> int:
-    """The commonest number of cells of the rows of data."""
-    counts = Counter(
-        len(cells(line, delimiter)) for line, numeric in zip(lines, data, strict=True) if numeric
+    rows_of_numbers = fits if words else 2 * fits  # a row of words is half of one
+    return (
+        rows_of_numbers,
+        -len(words),
+        named,
+        count > 1,
+        -2 * DELIMITERS.index(delimiter) - (decimal == ","),
     )
+
+
+def _width(rows: Sequence[Sequence[str]], data: Sequence[bool]) -> int:
+    """The commonest number of cells of the rows of data."""
+    counts = Counter(len(row) for row, numeric in zip(rows, data, strict=True) if numeric)
     return max(counts, key=lambda n: (counts[n], n)) if counts else 0
+
+
+def _word_columns(rows: Sequence[Sequence[str]], decimal: str) -> frozenset[int]:
+    """The columns of words in the commonest form of a row with a number; most files have none."""
+    forms = Counter(
+        (len(row), tuple(k for k, cell in enumerate(row) if not _fits(cell, decimal)))
+        for row in rows
+        if any(_is_number(cell, decimal) for cell in row)
+    )
+    if not forms:
+        return frozenset()
+    (_, words), times = max(forms.items(), key=lambda form: (form[1], -len(form[0][1])))
+    return frozenset(words) if times > 2 else frozenset()
 
 
 def cells(line: str, delimiter: str) -> list[str]:
@@ -109,19 +216,33 @@ def cells(line: str, delimiter: str) -> list[str]:
         return [line]
 
 
-def is_data(row: Sequence[str], decimal: str) -> bool:
-    """Whether a row holds nothing but numbers, times and missing values, and a number or time among them."""
+def is_data(row: Sequence[str], decimal: str, words: frozenset[int] = frozenset()) -> bool:
+    """Whether a row holds nothing but numbers, times and missing values, and a number or time among them.
+
+    The columns of ``words`` may hold any text.
+    """
     numbers = [_is_number(cell, decimal) for cell in row]
     return any(numbers) and all(
-        number or cell.lower() in MISSING for number, cell in zip(numbers, row, strict=True)
+        number or k in words or cell.lower() in MISSING
+        for k, (number, cell) in enumerate(zip(numbers, row, strict=True))
     )
+
+
+def _ends_in_data(row: Sequence[str], width: int, decimal: str) -> bool:
+    """Whether a line of settings ends in a row of data, as oscilloscopes write the first of them."""
+    full = [cell for cell in row if cell]
+    return len(full) > width > 1 and all(_is_number(cell, decimal) for cell in full[-width:])
+
+
+def _fits(cell: str, decimal: str) -> bool:
+    return cell.lower() in MISSING or _is_number(cell, decimal)
 
 
 def _is_number(cell: str, decimal: str) -> bool:
     """Whether a cell is a number or a time."""
     if len(cell) > LONGEST_NUMBER:
         return False
-    return bool(_NUMBER.fullmatch(as_number(cell, decimal)) or CLOCK.fullmatch(cell))
+    return bool(_NUMBER.fullmatch(as_number(cell, decimal))) or is_clock(cell)
 
 
 def as_number(cell: str, decimal: str) -> str:
@@ -129,25 +250,53 @@ def as_number(cell: str, decimal: str) -> str:
     return cell if decimal == "." else cell.replace(".", "?").replace(",", ".")
 
 
-def _header(
-    lines: Sequence[str], remarks: Sequence[str], delimiter: str, count: int
-) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
-    """The names and units of the columns, and the lines that stand above them."""
-    rows = [cells(line, delimiter) for line in lines]
-    while rows and len(rows[-1]) != count:
-        rows.pop()
+def _header(lines: Sequence[str], remarks: Sequence[str], delimiter: str, count: int) -> _Header:
+    """The names and units of the columns, of the lines just above the data or, as NumPy writes them, of a comment."""
+    above = [line for line in lines if not _SEPARATOR.fullmatch(line)]
+    rows = [cells(line, delimiter) for line in above]
     blank = ("",) * count
-    if not rows:  # NumPy writes its header as a comment
-        commented = [cells(line.lstrip("#%/! "), delimiter) for line in remarks]
-        header = next(
-            (tuple(row) for row in reversed(commented) if len(row) == count and count > 1), None
-        )
-        return header or blank, blank, tuple(lines)
-    last = tuple(rows[-1])
-    above = tuple(lines[: len(rows) - 1])
-    if len(rows) > 1 and len(rows[-2]) == count and all(_is_unit_cell(cell) for cell in last):
-        return tuple(rows[-2]), tuple(map(_without_brackets, last)), above[:-1]
-    return last, blank, above
+    if rows and _may_name(rows[-1], count, delimiter):
+        last = tuple(rows[-1])
+        units = tuple(map(_without_brackets, last))
+        if len(rows) > 1 and len(rows[-2]) == len(last) and all(map(_is_unit_cell, last)):
+            return _Header(tuple(rows[-2]), units, tuple(above[:-2]), tuple(above[-2:]))
+        return _Header(last, blank, tuple(above[:-1]), tuple(above[-1:]))
+    commented = [cells(line.lstrip("#%/!; "), delimiter) for line in remarks]
+    header = next(
+        (tuple(row) for row in reversed(commented) if len(row) == count and count > 1), None
+    )
+    return _Header(header or blank, blank, tuple(above), ())
+
+
+def _may_name(row: Sequence[str], count: int, delimiter: str) -> bool:
+    """Whether a line names the columns: a name for each, or more if the last ones are empty in all rows.
+
+    With a decimal comma and commas between columns a row has up to twice as many cells.
+    """
+    if any(_DECIMAL.fullmatch(cell) for cell in row):  # a line of an oscilloscope's settings
+        return False
+    if len(row) == count:
+        return True
+    wider = len(row) > count and delimiter != " " and all(row)
+    return wider or (
+        delimiter == "," and len(row) > 1 and len(row) < count <= 2 * len(row) and all(row)
+    )
+
+
+def _joined(header: _Header, rows: Sequence[Sequence[str]], count: int) -> tuple[int, ...]:
+    """The columns with numbers in two cells, cut at a decimal comma: all, or the first alone."""
+    named = len(header.heads)
+    if named >= count or not any(header.heads):
+        return ()
+    columns = tuple(range(named)) if count == 2 * named else (0,) if count == named + 1 else ()
+    whole = [row for row in rows if len(row) == count]
+    for before, column in enumerate(columns):
+        first = {row[column + before] for row in whole}
+        second = {row[column + before + 1] for row in whole}
+        digits = all(map(_FRACTION.fullmatch, second)) and len(set(map(len, second))) == 1
+        if not digits or not all(_WHOLE.fullmatch(cell) or is_clock(cell) for cell in first):
+            return ()
+    return columns
 
 
 def _is_unit_cell(cell: str) -> bool:

@@ -21,12 +21,18 @@ from harvester.machine import files
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.quantities.kinds import Kind
 from harvester.quantities.units import LARGEST, prefix_factor
-from harvester.records.csv_layout import CLOCK, Layout, layout, most_cells, plain_lines
+from harvester.records.csv_cells import columns_of, refuse_ragged, rows_of
+from harvester.records.csv_layout import Layout, layout, most_cells
+from harvester.records.preamble import NOTHING, Preamble
 
 MOST_BYTES = 64_000_000
+FEWEST_BESIDE = 3  # rows of numbers beside settings: one or two may be a setting of several numbers
 MOST_COLUMNS = 1000
 LONGEST_HEAD = 200  # letters above a column
 _BRACKETS = re.compile(r"(.*?)\s*[(\[{<]\s*(.+?)\s*[)\]}>]")
+_INNER_BRACKETS = re.compile(
+    r"([^(\[]+?)\s*[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*[-:]?\s*([\w|' .:-]+)"
+)  # Z[Ohm] Re
 _OTHER_UNITS = (  # a name and its unit without brackets
     re.compile(r"(.+?)\s*/\s*(.+)"),
     re.compile(r"(.+)\s+in\s+(\S+)"),
@@ -38,9 +44,10 @@ _OTHER_UNITS = (  # a name and its unit without brackets
 
 @dataclass(frozen=True, eq=False)
 class CsvColumn:
-    """A column as it is written: ``head`` above it, the text of a row of units, its numbers with nan where missing.
+    """A column as it is written: ``head`` above it, the text of a row of units, its numbers with nan if missing.
 
-    ``clock`` states that it holds times of day or dates, which became seconds from the first.
+    ``clock`` states that it holds times of day or dates, which became seconds from the first;
+    ``texts`` are the cells of a column of words, which has no numbers.
     """
 
     head: str
@@ -48,6 +55,7 @@ class CsvColumn:
     values: Floats
     index: int
     clock: bool = False
+    texts: tuple[str, ...] | None = None
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -58,12 +66,25 @@ class CsvColumn:
 
     @property
     def name(self) -> str:
-        """What stands above it, without a unit in brackets."""
-        match = _BRACKETS.fullmatch(self.head.strip())
-        return (match[1] if match and match[1] else self.head).strip()
+        """The text above it without a unit in brackets; else its number."""
+        name, _ = self._parts
+        return name or f"column {self.index + 1}"
+
+    @property
+    def _parts(self) -> tuple[str, str]:
+        """The name and the unit in brackets of its head."""
+        head = self.head.strip()
+        match = _BRACKETS.fullmatch(head)
+        if match is not None:
+            return (match[1] or head).strip(), match[2]
+        inner = _INNER_BRACKETS.fullmatch(head)
+        return (f"{inner[1]} {inner[3]}".strip(), inner[2]) if inner is not None else (head, "")
 
     def scale(self, kind: Kind) -> tuple[float, int] | None:
-        """The factor to SI and the power (`Kind.scale`) of its unit; None if it has none of that kind."""
+        """The factor to SI and the power (`Kind.scale`) of its unit.
+
+        None if it has none of that kind.
+        """
         for unit in self.candidates():
             if (
                 prefix_factor(unit) is not None
@@ -79,8 +100,7 @@ class CsvColumn:
     @property
     def stated(self) -> str:
         """The unit that stands in brackets or in the row of units; empty if there is none."""
-        match = _BRACKETS.fullmatch(self.head.strip())
-        return self.unit or (match[2] if match else "")
+        return self.unit or self._parts[1]
 
     def candidates(self) -> list[str]:
         """The texts that may be its unit, the likeliest first."""
@@ -90,7 +110,7 @@ class CsvColumn:
         return [*(m[2].replace("_", "/") for m in others if m), self.head.strip()]
 
     def in_si(self, kind: Kind) -> Floats | None:
-        """Its numbers in SI units; None if its unit is none of the kind."""
+        """Its numbers in SI units; None if its unit is not one of the kind."""
         scale = self.scale(kind)
         if scale is None:
             return None
@@ -104,9 +124,12 @@ class CsvColumn:
 
 @dataclass(frozen=True, eq=False)
 class CsvTable:
-    """The columns of a file, and what it says beside them; ``bad`` are cells with a text that is not a finite number.
+    """The columns of a file, and what it says beside them.
 
-    Of a block of a long file ``before`` rows of data stand before its first.
+    ``bad`` are cells with a text that is not a finite number.
+
+    ``facts`` are stated above the numbers, ``notes`` report omitted lines.  Of a block
+    of a long file ``before`` rows of data stand before its first.
     """
 
     columns: tuple[CsvColumn, ...]
@@ -114,11 +137,13 @@ class CsvTable:
     layout: Diagnostic
     bad: tuple[tuple[int, int, str], ...]  # row from 1, column from 0, text
     before: int = 0
+    facts: Preamble = NOTHING
+    notes: tuple[Diagnostic, ...] = ()
 
     @property
     def heads(self) -> str:
         """All heads in one text, as an error shows them."""
-        return ",".join(column.head for column in self.columns)
+        return ",".join(column.head or column.name for column in self.columns)
 
     def find(self, predicate: Callable[[CsvColumn], bool]) -> list[CsvColumn]:
         """The columns for which the predicate holds."""
@@ -131,7 +156,11 @@ def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTa
     Raises InputError in one line for a file that cannot be read, is not a text, or has no row of
     numbers.
     """
-    text = decoded(files.read(path, argument, most), path, argument)
+    return table_of_text(decoded(files.read(path, argument, most), path, argument), path, argument)
+
+
+def table_of_text(text: str, path: str | Path, argument: str) -> CsvTable:
+    """The table of the text of a file; raises as `read_table`."""
     if (widest := most_cells(text)) > MOST_COLUMNS:
         raise InputError(
             f"{argument} must have at most {MOST_COLUMNS} columns, but {shown(str(path))} has {widest}"
@@ -141,6 +170,17 @@ def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTa
         raise InputError(
             f"{argument} must have rows of numbers below the names of its columns (CSV), "
             f"but {shown(str(path))} has none"
+        )
+    if rows.too_few_names:
+        names = sum(map(bool, rows.heads))
+        raise InputError(
+            f"{argument} must have a name above each column, but {shown(str(path))} has {names} "
+            f"names above {len(rows.heads)} columns: write a comma between names, not in numbers"
+        )
+    if rows.beside >= FEWEST_BESIDE:
+        raise InputError(
+            f"{argument} must have settings above its numbers, but {shown(str(path))} has "
+            f"{rows.beside} rows of numbers beside them: delete the columns of settings"
         )
     return table_of(rows, "\n".join(rows.rows), path, argument)
 
@@ -166,21 +206,18 @@ def table_of(form: Layout, text: str, path: str | Path, argument: str) -> CsvTab
         raise InputError(
             f"{argument} must have names of columns of at most {LONGEST_HEAD} letters, but one has {len(long[0])}"
         )
-    try:  # nothing but numbers, as most files have, a tenth as dear
-        frame = _frame(form, text, dtype=float, decimal=form.decimal)
-        if np.isfinite(frame.to_numpy()).all():
-            every = zip(
-                form.heads, form.units, frame.to_numpy().T.copy(), range(count), strict=True
-            )
-            return CsvTable(
-                tuple(CsvColumn(*entries) for entries in every),
-                form.remarks,
-                _layout_note(form),
-                (),
-            )
-    except ValueError:
-        pass
-    return _table(form, "\n".join(plain_lines(text)), path, argument)
+    if not (form.words or form.joined or form.labelled):
+        try:  # nothing but numbers, as most files have, a tenth as dear
+            frame = _frame(form, text, dtype=float, decimal=form.decimal)
+            if np.isfinite(frame.to_numpy()).all():
+                every = zip(
+                    form.heads, form.units, frame.to_numpy().T.copy(), range(count), strict=True
+                )
+                columns = tuple(CsvColumn(*entries) for entries in every)
+                return CsvTable(columns, form.remarks, _layout_note(form), (), facts=form.facts)
+        except ValueError:
+            pass
+    return _table(form, text, path, argument)
 
 
 def _frame(form: Layout, text: str, **options: Any) -> Any:
@@ -190,7 +227,7 @@ def _frame(form: Layout, text: str, **options: Any) -> Any:
         io.StringIO(text),
         sep=r"\s+" if form.delimiter == " " else form.delimiter,
         header=None,
-        names=list(range(len(form.heads))),
+        names=list(range(form.raw_cells)),
         index_col=False,
         skipinitialspace=True,
         **options,
@@ -203,59 +240,27 @@ def _layout_note(form: Layout) -> Diagnostic:
 
 def _table(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable:
     """The table where some cells are texts, or missing."""
-    import pandas as pd
-
-    count = len(form.heads)
+    lines, notes = rows_of(form, text)
     try:
-        frame = _frame(form, text, dtype=str, keep_default_na=False)
+        frame = _frame(form, "\n".join(lines), dtype=str, keep_default_na=False)
     except (
         ValueError
     ) as error:  # pandas' ParserError too: a row with more cells than there are columns
-        why = str(error).splitlines()[0]
-        raise InputError(
-            f"{argument} must be a table, but {shown(str(path))} is not: {why}"
-        ) from None
+        raise refuse_ragged(path, argument, str(error).splitlines()[0]) from None
     columns, bad = [], []
-    for index in range(count):
-        cells = frame[index].fillna("").str.strip()
-        if form.decimal == ",":
-            cells = cells.str.replace(",", ".", regex=False)
-        values = np.asarray(pd.to_numeric(cells, errors="coerce"), float)
-        lost = np.flatnonzero(~np.isfinite(values))
-        clock = len(lost) > 0 and bool(CLOCK.fullmatch(cells.iloc[lost[0]]))
-        if clock:
-            values = _seconds(cells, f"{argument} column {form.heads[index]!r}")
-            lost = np.flatnonzero(~np.isfinite(values))
-        values = np.where(np.isfinite(values), values, math.nan)
-        bad += [(int(row) + 1, index, cells.iloc[row]) for row in lost if cells.iloc[row]]
-        columns.append(CsvColumn(form.heads[index], form.units[index], values, index, clock))
-    full = tuple(column for column in columns if column.head or np.isfinite(column.values).any())
-    return CsvTable(full, form.remarks, _layout_note(form), tuple(sorted(bad)))
-
-
-def _seconds(cells: "object", key: str) -> Floats:
-    """Dates and times of day as seconds from the first; a time of day that jumps back is the next day's.
-
-    Raises InputError, which begins with ``key``, where none of the dates is one of the calendar.
-    """
-    import pandas as pd
-
-    texts = pd.Series(cells).str.replace(",", ".", regex=False).str.replace("Z", "", regex=False)
-    if texts.str.contains(r"\d[T ]\d", regex=True).any():
-        first = str(texts[texts.str.contains(r"\d[T ]\d", regex=True)].iloc[0])
-        if re.match(r"\d\d\.\d\d\.\d{4}", first):  # each with a fraction of a second or without
-            texts = texts.str.replace(r"[T ]+", " ", regex=True)
-            texts = texts.where(texts.str.contains(r":\d\d\.", regex=True), texts + ".0")
-            stamps = pd.to_datetime(texts, format="%d.%m.%Y %H:%M:%S.%f", errors="coerce", utc=True)
-        else:
-            stamps = pd.to_datetime(texts, format="ISO8601", errors="coerce", utc=True)
-        if not stamps.notna().any():
-            raise invalid(key, "have dates of the calendar, such as 2024-05-01 12:00:00", first)
-        return np.asarray((stamps - stamps.dropna().iloc[0]).dt.total_seconds(), float)
-    spans = np.asarray(pd.to_timedelta(texts, errors="coerce").dt.total_seconds(), float)
-    back = np.nan_to_num(np.diff(spans, prepend=spans[0])) < -43200.0
-    spans = spans + 86400.0 * np.cumsum(back)
-    return np.asarray(spans - spans[np.isfinite(spans)][0] if np.isfinite(spans).any() else spans)
+    for cells in columns_of(form, frame, argument):
+        k = cells.column
+        bad += [(row + 1, k, text) for row, text in cells.lost]
+        head = cells.head or form.heads[k]
+        if head or cells.texts is not None or np.isfinite(cells.values).any():
+            columns.append(
+                CsvColumn(head, form.units[k], cells.values, k, cells.clock, cells.texts)
+            )
+    every = tuple(columns)
+    remarks = form.remarks
+    return CsvTable(
+        every, remarks, _layout_note(form), tuple(sorted(bad)), facts=form.facts, notes=tuple(notes)
+    )
 
 
 def check_numbers(table: CsvTable, column: CsvColumn, values: Floats, key: str) -> None:

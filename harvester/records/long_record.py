@@ -36,7 +36,8 @@ Columns = Callable[[CsvTable], tuple[Floats, Floats]]
 class Block(NamedTuple):
     """Some rows of a file: their first byte and their bytes, how many rows stand before, the line of the last of those.
 
-    ``repeated`` is that line, which a block of times of a clock begins with; of others it is empty.
+    ``repeated`` is that line, which a block of times of a clock begins with; for others it is
+    empty.
     """
 
     offset: int
@@ -77,7 +78,10 @@ class LongFile:
         return replace(table, before=block.before - bool(block.repeated))
 
     def blocks(self) -> Iterator[tuple[CsvTable, Block]]:
-        """All blocks in turn; where a clock tells the times each repeats the last row of that before."""
+        """All blocks in turn.
+
+        Where a clock tells the times each repeats the last row of that before.
+        """
         block = Block(0, 0, 0, b"")
         while data := files.read_part(self.path, self.argument, block.offset, BLOCK):
             data = data if len(data) < BLOCK else data[: data.rfind(b"\n") + 1]
@@ -127,7 +131,9 @@ class Scan:
 
 
 class LongRecord(Record):
-    """A record in a file, of which ``part`` reads what is asked for; its ``values`` are read at once when they are.
+    """A record in a file, of which ``part`` reads what is asked for.
+
+    Its ``values`` are read at once when they are.
 
     ``time`` and ``value`` are by what times and accelerations are multiplied.  InputError for the values of a file that
     has more than `csv_table.MOST_BYTES`.

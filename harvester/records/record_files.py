@@ -6,57 +6,51 @@ steps of time, or ``frequency (Hz),psd (g^2/Hz)``, one-sided.  Other spellings a
 it.
 """
 
-from collections.abc import Callable
-from functools import lru_cache, partial
-from pathlib import Path
-from typing import Any, TypeVar
+import math
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.errors import InputError, invalid, shown
-from harvester.quantities.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME, Kind
-from harvester.records.csv_table import CsvColumn, CsvTable, check_numbers, read_table
+from harvester.errors import InputError, invalid
+from harvester.machine import files
+from harvester.quantities.kinds import ACCELERATION, ACCELERATION_PSD, FREQUENCY, TIME
+from harvester.records.csv_table import (
+    MOST_BYTES,
+    CsvColumn,
+    CsvTable,
+    check_numbers,
+    decoded,
+    read_table,
+    table_of_text,
+)
+from harvester.records.density_slopes import (
+    RANGE,
+    SLOPE,
+    Row,
+    breakpoints,
+    marked,
+    slopes,
+    with_ranges,
+)
 from harvester.records.long_record import MEND, UNEVEN, long_record
+from harvester.records.named_columns import (
+    is_acceleration,
+    is_frequency,
+    is_time,
+    no_column,
+    numbers,
+    times,
+)
+from harvester.records.read_once import read_once
+from harvester.records.record_remedy import remedy
+from harvester.records.record_times import FEWEST
 from harvester.records.records import Record, TabulatedDensity
 
-_T = TypeVar("_T")
-FEWEST = 16  # rows of a record
 STEP = 1e-9  # of a frequency: the width of a density's step
 RECORD = "excitation.acceleration_file"
-AXES = ("x", "y", "z")
-_TIMES = frozenset(
-    ("time", "t", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec")
-)
-_TIMES |= {"zeit", "uhrzeit", "temps", "relative"}
-_ACCELERATIONS = frozenset(
-    ("a", "acc", "accel", "acceleration", "accelerometer", "vibration", "base", "shaker")
-)
-_ACCELERATIONS |= {"beschleunigung"}
-_FREQUENCIES = frozenset(["frequency", "freq", "f", "hz", "frequenz", "frequencies"])
 _DENSITIES = frozenset(["psd", "asd", "density", "spectrum", "dichte", "apsd", "gxx", "spd"])
-
-
-def is_time(column: CsvColumn) -> bool:
-    """Whether a column is named as a time, or holds dates or times of day."""
-    return column.clock or (
-        column.words[:1] != () and (column.words[0] in _TIMES or column.words[-1] in _TIMES)
-    )
-
-
-def is_frequency(column: CsvColumn) -> bool:
-    """Whether a column is named as a frequency."""
-    return bool(_FREQUENCIES & set(column.words))
-
-
-def is_acceleration(column: CsvColumn) -> bool:
-    """Whether a column is named as an acceleration, by an axis, or as a channel of a logger."""
-    axes = {axis + letter for axis in ("a", "acc", "accel", "") for letter in AXES} | {
-        "ch",
-        "channel",
-        "kanal",
-    }
-    return bool(set(column.words) & (_ACCELERATIONS | axes)) and not is_time(column)
 
 
 def _is_density(column: CsvColumn) -> bool:
@@ -68,32 +62,25 @@ def _is_density(column: CsvColumn) -> bool:
     return named or (column.stated != "" and column.in_si(ACCELERATION_PSD) is not None)
 
 
-def times(table: CsvTable, key: str) -> Floats | None:
-    """The times of a table in seconds, from its first column of times; None if it has none.
-
-    A column that is named as a time and has no unit is in seconds.  Raises InputError for a unit that is none of time.
-    """
-    columns = table.find(is_time)
-    if not columns:
-        return None
-    column = columns[0]
-    if column.clock:
-        return column.values
-    values = column.in_si(TIME)
-    if values is not None:
-        return values
-    if column.stated:
-        raise invalid(f"{key} column {column.name!r}", "have a unit such as s", column.stated)
-    return column.values
+def _is_abscissa(column: CsvColumn) -> bool:
+    """Whether a column holds the frequencies; the unit of a density also has Hz."""
+    return is_frequency(column) and not _is_density(column)
 
 
 def read_record(path: str) -> Record:
-    """Read the record of a CSV file, in SI units, with its `bridge` if it is not a whole period; a long one in blocks.
+    """Read the record of a CSV file, in SI units, with its `bridge` if it is not a whole period.
+
+    A long one in blocks.
 
     Raises InputError in one line, for a file that cannot be read or has no such columns, times that
-    do not ascend in equal steps, values that are no finite numbers, or too few of them.
+    do not ascend in equal steps, values that are not finite numbers, or too few of them.
     """
-    return read_once(_record, path)
+    try:
+        return read_once(_record, path)
+    except InputError as error:
+        command = remedy(path)
+        text = str(error).replace(f": {MEND}", "")
+        raise type(error)(f"{text}: {command} mends it" if command else str(error)) from None
 
 
 def _record(path: str) -> Record:
@@ -103,19 +90,12 @@ def _record(path: str) -> Record:
 def _columns(table: CsvTable) -> tuple[Floats, Floats]:
     """The times (s) and the accelerations (m/s^2) of a table."""
     key = RECORD
+    if table.notes:
+        raise InputError(f"{key} must have numbers in each row, but {table.notes[0]}: {MEND}")
     time = times(table, key)
     if time is None:
-        raise no_column(
-            table, key, "time", TIME, ": or 'harvester record FILE --rate HZ' adds the times"
-        )
+        raise no_column(table, key, "time", TIME)
     check_numbers(table, table.find(is_time)[0], time, key)
-    columns = table.find(is_acceleration)
-    if len(columns) > 1:
-        names = ", ".join(column.name for column in columns)
-        raise InputError(
-            f"{key} must have one acceleration, but has {shown(names)}: "
-            "'harvester record FILE --axis z --out clean.csv' takes one of them"
-        )
     column, values = numbers(table, key, is_acceleration, "acceleration", ACCELERATION)
     check_numbers(table, column, values, key)
     return time, values
@@ -134,7 +114,7 @@ def _whole(path: str) -> Record:
     off = np.abs(time - time[0] - spacing * np.arange(len(time)))
     if off.max() > UNEVEN * spacing:
         raise InputError(
-            f"{key} must have equal steps of time, but row {int(off.argmax()) + 1} is off: {MEND}"
+            f"{key} must have equal time steps, but row {int(off.argmax()) + 1} is off: {MEND}"
         )
     if not values.any():
         raise invalid(key, "have accelerations other than 0", 0.0)
@@ -148,11 +128,22 @@ def read_density(path: str) -> TabulatedDensity:
 
 def _density(path: str) -> TabulatedDensity:
     key = "excitation.acceleration_psd_file"
+    text = decoded(files.read(path, key, MOST_BYTES), path, key)
+    if SLOPE.search(text) or RANGE.search(text):
+        return _with_slopes(text, path, key)
     table = read_table(path, key)
-    frequency, f = numbers(table, key, is_frequency, "frequency", FREQUENCY)
+    frequency, f = numbers(table, key, _is_abscissa, "frequency", FREQUENCY)
     column, values = numbers(table, key, _is_density, "psd", ACCELERATION_PSD)
     check_numbers(table, frequency, f, key)
     check_numbers(table, column, values, key)
+    return _checked(f, values, key)
+
+
+def _checked(f: Floats, values: Floats, key: str) -> TabulatedDensity:
+    """The density of breakpoints.
+
+    InputError for such as do not ascend, and for densities below 0.
+    """
     f = _with_steps(f)
     if len(f) < 2 or not (f[0] > 0.0 and (np.diff(f) > 0.0).all()):
         raise InputError(f"{key} must have two ascending frequencies above 0 or more, but has not")
@@ -161,53 +152,28 @@ def _density(path: str) -> TabulatedDensity:
     return TabulatedDensity(f, values)
 
 
+def _with_slopes(text: str, path: str, key: str) -> TabulatedDensity:
+    """The density of a table with slopes or ranges."""
+    plain, ends = with_ranges(marked(text))
+    table = table_of_text(plain, path, key)
+    frequency, f = numbers(table, key, _is_abscissa, "frequency", FREQUENCY)
+    check_numbers(table, frequency, f, key)
+    values, steep = slopes(next(iter(table.find(_is_density)), frequency).values)
+    columns = tuple(replace(c, values=values) if _is_density(c) else c for c in table.columns)
+    _, densities = numbers(
+        replace(table, columns=columns), key, _is_density, "psd", ACCELERATION_PSD
+    )
+    scale = float(f[0] / frequency.values[0])
+    highs = np.array(ends[len(ends) - len(f) :]) * scale
+    rows = [
+        Row(float(low), float(low if math.isnan(high) else high), float(value), float(slope))
+        for low, high, value, slope in zip(f, highs, densities, steep, strict=True)
+    ]
+    return _checked(*breakpoints(rows, key), key)
+
+
 def _with_steps(f: Floats) -> Floats:
     """Frequencies of which two in a row may be equal, where a density steps: the second one is a little higher."""
     stepped = f.copy()
     stepped[1:][np.diff(f) == 0.0] *= 1.0 + STEP
     return stepped
-
-
-def numbers(
-    table: CsvTable, key: str, predicate: Callable[[CsvColumn], bool], name: str, kind: Kind
-) -> tuple[CsvColumn, Floats]:
-    """The first column for which ``predicate`` holds, and its numbers in SI units."""
-    columns = table.find(predicate)
-    if not columns:
-        raise no_column(table, key, name, kind)
-    column = columns[0]
-    values = column.in_si(kind)
-    if values is not None:
-        return column, values
-    if kind is FREQUENCY and not column.stated:  # a frequency has no other usual unit than Hz
-        return column, column.values
-    if not column.stated:
-        raise InputError(
-            f"{key} column {column.name!r} must have a unit, such as '{name} ({kind.unit})', but has none"
-        )
-    raise invalid(
-        f"{key} column {column.name!r}", f"have a unit such as {kind.unit}", column.stated
-    )
-
-
-def no_column(table: CsvTable, key: str, name: str, kind: Kind, more: str = "") -> InputError:
-    """The error of a file without a column."""
-    has = (
-        shown(table.heads) if any(column.stated for column in table.columns) else "none with a unit"
-    )
-    return InputError(f"{key} must have a column '{name} ({kind.unit})', but has {has}{more}")
-
-
-def read_once(read: Callable[[str], _T], path: str) -> _T:
-    """What a file holds; one that did not change is read once."""
-    try:
-        state = Path(path).stat()
-    except (OSError, ValueError):  # the reader says why
-        return read(path)
-    content: _T = _kept(read, path, (state.st_mtime_ns, state.st_size))
-    return content
-
-
-@lru_cache(8)
-def _kept(read: Callable[[str], Any], path: str, _state: tuple[int, int]) -> Any:
-    return read(path)

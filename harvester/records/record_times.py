@@ -1,19 +1,25 @@
 """The times of a logger's record made even: the number of each row's sample, and gaps of a few samples filled.
 
-A logger samples evenly and stamps when it gets to it: its times jitter, and are rounded.  Where
-samples are missing the times of all later rows are late, where a row was written twice they are
-early; jitter leaves the later rows where they are.  So a row is missing where the median of (time -
+A logger samples evenly and stamps when it gets to it: its times jitter, and are rounded.  If
+samples are missing the times of all later rows are late, if a row was written twice they are
+early; jitter leaves the later rows where they are.  So a row is missing if the median of (time -
 row times spacing) over the rows behind is a whole spacing above that over the rows before, and the
 spacing is the slope of the times over the samples' numbers.
 """
+
+import itertools
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid
 from harvester.presentation.diagnostic import Diagnostic, note
-from harvester.records.record_files import FEWEST
+from harvester.records.record_facts import AskedError
 
+FEWEST = 16  # rows of a record
+SMOOTH_GAP = 2  # samples in a row up to which a spline goes through; a longer gap it may overshoot
+BLOCK = 64  # rows, of which the median step is taken
+CHANGED = 0.15  # change of that step which is another rate
 LONGEST_GAP = 10  # samples that are filled in
 MOST_FILLED = 0.02  # of all samples
 COARSE = 0.2  # share of repeated times from which on the clock is coarse: whole seconds, say
@@ -24,13 +30,24 @@ SIDE = 8
 SURE = 2.0
 REPORTED_JITTER = 0.01  # of a spacing: jitter from which on it is reported
 
+_Indices = np.ndarray[tuple[int], np.dtype[np.int_]]
+
+
+def recordings(time: Floats) -> list[slice]:
+    """The rows of each recording in a file of several that were appended to one another."""
+    known = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[known])
+    back = known[1:][steps < -max(float(np.median(steps)), 0.0)] if len(steps) else known[:0]
+    ends = [0, *map(int, back), len(time)]
+    return [slice(begin, end) for begin, end in itertools.pairwise(ends)]
+
 
 def ascending(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[Floats, Floats]:
     """Times that ascend but for jitter: those that are missing come from their neighbours, a coarse clock's are spread.
 
     A coarse clock tells the rate from the row where its stamp first changes to that where it last does: at each of the
     two the clock may be up to one row late.  ``time`` in s and ``values`` have shape (n,); what was mended is added to
-    ``notes``.  Raises InputError for too few times, times that go back, and a clock that hardly changes.
+    ``notes``.  Raises InputError for too few times, and a clock that hardly changes.
     """
     known = np.isfinite(time)
     if known.sum() < FEWEST:
@@ -41,12 +58,6 @@ def ascending(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[Fl
         time = np.interp(np.arange(rows[0], rows[-1] + 1), rows, time[known])
         values = values[rows[0] : rows[-1] + 1]
     steps = np.diff(time)
-    back = steps < -max(float(np.median(steps)), 0.0)
-    if back.any():
-        row = int(np.argmax(back)) + 2
-        raise InputError(
-            f"FILE must have times that do not go back, but row {row} does: cut the file into its recordings"
-        )
     return (_spread(time, notes), values) if (steps == 0.0).mean() > COARSE else (time, values)
 
 
@@ -55,8 +66,8 @@ def _spread(time: Floats, notes: list[Diagnostic]) -> Floats:
     changes = np.flatnonzero(np.diff(time) != 0.0) + 1
     if len(changes) < 2:
         raise InputError(
-            "FILE must have times that change at least twice, but its clock is too coarse: leave its times out and "
-            "give `rate`"
+            "FILE must have times that change at least twice, but its clock is too coarse: "
+            "leave its times out and give `rate`"
         )
     first = changes[0]
     count = changes[-1] - changes[0]
@@ -98,7 +109,10 @@ def numbered(
 
 
 def _missing(time: Floats) -> "np.ndarray[tuple[int], np.dtype[np.int_]]":
-    """How many samples are missing at each step, shape (n - 1,), negative for rows too many; times in spacings."""
+    """How many samples are missing at each step, shape (n - 1,), negative for rows too many.
+
+    Times in spacings.
+    """
     import pandas as pd
 
     late = time - np.arange(len(time))
@@ -119,11 +133,13 @@ def _missing(time: Floats) -> "np.ndarray[tuple[int], np.dtype[np.int_]]":
 
 
 def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, Floats]:
-    """The spacing, and the values at even times; rows written twice are one, gaps of a few samples get a cubic.
+    """The spacing, and the values at even times.
+
+    Rows written twice are one, gaps of a few samples get a cubic.
 
     Raises InputError as `numbered`, for too few accelerations, and for gaps too long to fill.
     """
-    from scipy.interpolate import PchipInterpolator
+    from scipy.interpolate import CubicSpline, PchipInterpolator
 
     spacing, numbers = numbered(time, notes)
     good = np.isfinite(values)
@@ -136,25 +152,80 @@ def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, 
     gaps = np.diff(indices) - 1
     lost, longest = int(gaps.sum()), int(gaps.max())
     if longest > LONGEST_GAP or lost > MOST_FILLED * len(values):
+        _refuse_two_rates(time)
         at = spacing * (indices[gaps.argmax()] - numbers[0])
-        raise InputError(
+        raise AskedError(
             f"FILE must have no gap of more than {LONGEST_GAP} samples and no more than {MOST_FILLED:.0%} missing, but "
             f"{lost} are missing, {longest} at {at:.6g} s from the beginning: `longest` takes the longest part without "
-            "such a gap, `from` and `to` another one"
+            "such a gap, `from` and `to` another one, `join` all of them",
+            "longest",
         )
     if not lost:
         return spacing, np.asarray(mean)
     notes.append(note("samples_filled_in", samples=lost, in_a_row=longest))
+    if longest <= SMOOTH_GAP:
+        return spacing, np.asarray(
+            CubicSpline(indices, mean)(np.arange(indices[0], indices[-1] + 1))
+        )
     return spacing, np.asarray(
         PchipInterpolator(indices, mean)(np.arange(indices[0], indices[-1] + 1))
     )
 
 
-def longest_part(time: Floats, values: Floats, notes: list[Diagnostic]) -> slice:
-    """The rows of the longest part without a gap that is too long to fill."""
+def _refuse_two_rates(time: Floats) -> None:
+    """Refuse times whose sampling rate changes for good, as by a setting of the logger."""
+    count = len(time) // BLOCK
+    if count < 2:
+        return
+    spacings = np.median(np.diff(time)[: BLOCK * (count - 1)].reshape(-1, BLOCK), axis=1)
+    other = np.abs(spacings / spacings[0] - 1.0) > CHANGED
+    first = int(np.argmax(other))
+    if other.any() and other[first:].all():
+        row = BLOCK * first - 1
+        at = float(time[row] - time[0])
+        after = float(time[row + BLOCK] - time[0])
+        raise InputError(
+            f"FILE must have one sampling rate, but it changes from {1.0 / spacings[0]:.4g} to "
+            f"{1.0 / spacings[-1]:.4g} Hz after {at:.6g} s: `to` {at:.6g} selects the first part, "
+            f"`from` {after:.6g} the other"
+        )
+
+
+def _cuts(time: Floats, values: Floats) -> tuple[_Indices, _Indices, _Indices]:
+    """The rows with a value, the numbers of all samples, and the gaps that are too long to fill."""
     good = np.flatnonzero(np.isfinite(values))
     _, numbers = numbered(time, [])
-    cuts = np.flatnonzero(np.diff(numbers[good]) - 1 > LONGEST_GAP)
+    return good, numbers, np.flatnonzero(np.diff(numbers[good]) - 1 > LONGEST_GAP)
+
+
+def joined(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, Floats]:
+    """The spacing, and the values of the parts between long gaps one behind the other.
+
+    Each is without its mean.  Raises InputError as `even` for each part; parts of few samples are
+    left out.
+    """
+    good, _, cuts = _cuts(time, values)
+    ends = [0, *map(int, cuts + 1), len(good)]
+    parts = [
+        slice(int(good[begin]), int(good[end - 1]) + 1) for begin, end in itertools.pairwise(ends)
+    ]
+    long = [part for part in parts if part.stop - part.start >= FEWEST]
+    pieces = list[Floats]()
+    seconds = 0.0
+    for part in long:
+        spacing, piece = even(time[part], values[part], [])
+        pieces.append(piece - piece.mean())
+        seconds += spacing * len(piece)
+    if not pieces:
+        raise invalid("FILE", f"have a part of at least {FEWEST} samples", len(parts))
+    notes.append(note("parts_joined", parts=len(pieces), of=len(parts)))
+    every = np.concatenate(pieces)
+    return seconds / len(every), every
+
+
+def longest_part(time: Floats, values: Floats, notes: list[Diagnostic]) -> slice:
+    """The rows of the longest part without a gap that is too long to fill."""
+    good, numbers, cuts = _cuts(time, values)
     begins = np.append(good[:1], good[cuts + 1])
     ends = np.append(good[cuts], good[-1:])
     best = int(np.argmax(numbers[ends] - numbers[begins]))

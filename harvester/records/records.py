@@ -1,10 +1,10 @@
 """Recorded shaking: an acceleration over time, or a table of its density over frequency.
 
 `harvester.records.record_files` reads them.  Between its points a density is a straight line in
-log-log; beside a 0, which has no logarithm, it is one in the density itself.
+log-log; next to a 0, which has no logarithm, it is one in the density itself.
 
 A record is repeated for ever.  One that comes back to its beginning as smoothly as it runs is taken
-as it stands (`whole_period`); the end of any other is joined to its beginning by a cubic over
+unchanged (`whole_period`); the end of any other is joined to its beginning by a cubic over
 `BRIDGE` steps, which nobody recorded. Between its samples it is the Fourier series through them, of
 which a grid of steps h sees what is below pi/h: nothing is folded back.
 """
@@ -81,8 +81,8 @@ class Record:
     def resampled(self, begin: int, windows: int, samples: int, steps: int) -> Floats:
         """The values at ``steps`` even times a window of so many ``samples``, from a window on.
 
-        Before and after the samples that were read there are none.  They are those of the Fourier series of the piece,
-        which fades over `EDGE` samples beside it.
+        Before and after the samples that were read there are none.  They are those of the Fourier
+        series of the piece, which fades over `EDGE` samples next to it.
         """
         from scipy.fft import next_fast_len
 
@@ -135,7 +135,7 @@ class Record:
 class TabulatedDensity:
     """A one-sided density over ascending frequencies: straight lines in log-log between them, zero outside.
 
-    Where one end of a segment is 0 the line is straight in the density itself.
+    If one end of a segment is 0 the line is straight in the density itself.
     """
 
     frequencies: Floats
@@ -223,7 +223,7 @@ class TabulatedDensity:
 
 
 def whole_period(values: Floats) -> Floats | None:
-    """The samples of one period where a record holds whole periods, else None.
+    """The samples of one period if a record holds whole periods, else None.
 
     The last sample is either the one before the first, or the first again.  Across the join the fourth differences,
     which see a jump of the value, slope or curvature, must be no larger than inside.  A record so rough that they

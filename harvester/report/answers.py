@@ -15,6 +15,7 @@ from harvester.scene.scene import Scene
 from harvester.studies.compare import Comparison
 from harvester.studies.extremes.extremes import Extremes
 from harvester.studies.output_folder import provenance
+from harvester.studies.prediction.prediction_result import Prediction
 from harvester.studies.sensitivity import Sensitivity
 
 Z = (
@@ -29,11 +30,13 @@ def of_run(
     seed: int,
     largest: Extremes | None = None,
     sensitivity: Sensitivity | None = None,
+    prediction: Prediction | None = None,
 ) -> Page:
     """The page of one engine's answer: its errors, what the scene calls for, and how to do it again.
 
     ``largest`` are the largest values over a lifetime and ``sensitivity`` the elasticities of the
-    power, where they were asked for.
+    power, where they were asked for;
+    ``prediction`` is that of a real device.
     """
     problem = Problem.of(scene)
     parts = "The parts of the error of the mean power, in percent of it."
@@ -49,6 +52,14 @@ def of_run(
         caption_of = "Elasticity of the mean power in each key, the largest first"
         said = signs("; ".join(map(str, sensitivity.diagnostics)))
         tables.append(replace(text_table(sensitivity.table), caption=caption_of, note=said))
+    if prediction is not None:
+        said = signs("; ".join(map(str, prediction.notes)))
+        tables += [
+            replace(
+                text_table(prediction.real_device), caption=prediction.real_device.title, note=said
+            ),
+            replace(text_table(prediction.measurements), caption=prediction.measurements.title),
+        ]
     section = Section(
         "Answer",
         drawings=[drawing(answer.plot(None), f"Bars: {_spoken(answer)}", caption)],

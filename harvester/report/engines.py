@@ -23,7 +23,7 @@ def lead(estimate: Estimate) -> list[str]:
 
 
 def table(estimates: Sequence[Estimate]) -> TextTable:
-    """The table of each engine's mean power, its errors in percent of it, and what it took."""
+    """The table of each engine's mean power, its errors in percent of it, and its cost."""
     heads = ["engine", "mean power", "sampling, 95 %", "step", "model", "together"]
     heads += ["mean square voltage", "seconds", "steps"]
     rows = []

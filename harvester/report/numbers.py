@@ -10,7 +10,7 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def amount(number: float, unit: str) -> str:
-    """A number with its unit: four digits, and a prefix where the unit takes one."""
+    """A number with its unit: four digits, and a prefix if the unit takes one."""
     return signs(value.amount(number, unit))
 
 

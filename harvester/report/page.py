@@ -47,7 +47,7 @@ class TextTable:
 
 @dataclass(frozen=True)
 class Listing:
-    """A text as it stands in a file, under its title."""
+    """A text unchanged in a file, under its title."""
 
     title: str
     text: str
@@ -82,7 +82,7 @@ class Page:
 
     @property
     def verdict(self) -> str:
-        """Whether the answer may be used as it stands."""
+        """Whether the answer may be used unchanged."""
         count = sum(len(section.warnings) for section in self.sections)
         return (
             f"{count} warning{'s' * (count > 1)} below: read before use."
@@ -97,7 +97,7 @@ def drawing(figure: "figures.Plot", alt: str, caption: str) -> Drawing:
 
 
 def titled(page: Page, file: str) -> Page:
-    """The page with the name of its scene's file, mine.toml as "mine", for a title where the scene has none."""
+    """The page with the name of its scene's file, mine.toml as "mine", for a title if the scene has none."""
     return page if page.title else dataclasses.replace(page, title=Path(file).stem)
 
 

@@ -30,7 +30,7 @@ def of_result(
 ) -> Page:
     """The page of what a study found for a scene, with its figure, and ``tables`` beside its own; ``made`` says how.
 
-    ``answers`` lead it, where the rows of its sheet do not say what was asked for; what it took
+    ``answers`` lead it, if the rows of its sheet do not state what was asked for; what it took
     stands last.
     """
     problem = Problem.of(scene)
@@ -67,10 +67,10 @@ def _tables(page: Sheet) -> Iterator[TextTable]:
 
 
 def text_table(table: Table) -> TextTable:
-    """A table as texts; of a long one its beginning, and how much is left out.
+    """A table as texts; for a long one its beginning, and how much is left out.
 
-    A column without any text is left out, one that says the same in every row stands below, and so
-    does a sentence that several cells have.
+    A column without any text is left out, one that states the same in every row stands below, and
+    so does a sentence that several cells have.
     """
     few = table.head(MOST_ON_A_PAGE)
     heads, rows = few.shown()
@@ -106,7 +106,7 @@ def _are_numbers(cells: list[str]) -> bool:
 def _referred(cells: list[str], notes: list[str]) -> list[str]:
     """Cells of a column, with a number for each sentence that several of them have; the ``notes`` get the sentences.
 
-    Sentences that differ in their numbers alone are one, which stands there with those of the
+    Sentences that differ in their numbers alone are one, which is there with those of the
     first.
     """
     kinds = {

@@ -10,7 +10,7 @@ NARROWEST = 1e-9
 def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str) -> None:
     """Refuse a key without the key that it needs, and several ways of shaking that do not go with each other.
 
-    White noise goes with all of them, and a sinusoid with coloured noise, too. ``amplitude``,
+    White noise goes with all of them, and a sinusoid with coloured noise as well. ``amplitude``,
     ``frequency`` and ``noise`` are the names of the table's keys.
     """
     # which says by itself what goes with an amplitude

@@ -84,7 +84,7 @@ def _check_modes(
 
 
 def _check_alone(table: str, others: Mapping[str, bool]) -> None:
-    """Refuse what is given of ``others`` beside a table."""
+    """Refuse what is given of ``others`` next to a table."""
     for other, given in others.items():
         if given:
             raise InputError(f"{other} must be left out beside [{table}], but both are given")

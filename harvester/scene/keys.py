@@ -92,7 +92,8 @@ def text(some: tuple[SceneKey, ...]) -> str:
 def full_key(key: str) -> str:
     """The whole name of a key that may be given bare: "mu" is nondimensional.mu, for only that table has one.
 
-    A key of the device goes before one of what is beside it: "capacitance" is that of the piezo.
+    A key of the device goes before one of what is compared with it: "capacitance" is that of the
+    piezo.
 
     Raises InputError if several tables have the key; any other text comes back as it is.
     """

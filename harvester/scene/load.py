@@ -14,6 +14,8 @@ from harvester.scene.table import (
     scene_table,
 )
 
+FILES = (".cir", ".net", ".sp", ".spi", ".spice", ".ckt")  # what files of netlists end with
+
 
 @scene_table
 class Load(SceneTable):
@@ -27,11 +29,11 @@ class Load(SceneTable):
     TABLE: ClassVar[str] = "load"
     resistance: Annotated[OptNumber, RESISTANCE, "load resistor across the electrodes"] = NONE
     netlist: (
-        Annotated[str, "instead of resistance: a circuit of netlists/, or a path", "'bridge'"]
+        Annotated[str, "built-in circuit or path of a netlist, instead of resistance", "'bridge'"]
         | None
     ) = None
     parameters: Annotated[
-        Numbers, FrozenNumbers(any_quantity, ANY), "of the netlist", "{ R = '1 Mohm' }"
+        Numbers, FrozenNumbers(any_quantity, ANY), "parameters of the netlist", "{ R = '1 Mohm' }"
     ] = NO_NUMBERS
     terminals: (
         Annotated[
@@ -41,16 +43,14 @@ class Load(SceneTable):
         ]
         | None
     ) = None
-    resistor: (
-        Annotated[str, "of a flat netlist, whose power is asked for; else Rload", "'R3'"] | None
-    ) = None
-    store: (
-        Annotated[str, "capacitor of a flat netlist that is the store; else Csmooth", "'C1'"] | None
-    ) = None
+    resistor: Annotated[str, "load resistor of a flat netlist; default Rload", "'R3'"] | None = None
+    store: Annotated[str, "storage capacitor of a flat netlist; default Csmooth", "'C1'"] | None = (
+        None
+    )
     supplies: Annotated[
         Numbers,
         FrozenNumbers(VOLTAGE.read, VOLTAGE),
-        "nets of a flat netlist that an ideal source feeds",
+        "nets of a flat netlist that ideal sources feed",
         "{ VCC = '3.3 V' }",
     ] = NO_NUMBERS
 
@@ -76,4 +76,4 @@ class Load(SceneTable):
 
 def is_path(netlist: str) -> bool:
     """Whether a netlist is named by its path, rather than by its name in netlists/."""
-    return "/" in netlist or netlist.endswith(".cir")
+    return "/" in netlist or netlist.lower().endswith(FILES)

@@ -11,7 +11,7 @@ from harvester.scene.physical import Oscillator, Piezo
 class ModalParameters:
     """M X'' + damping X' + stiffness X + theta v = ..., Cp v' = theta X' - i, in SI units; no damping is None.
 
-    A resonance frequency f in short circuit stands for stiffness = M (2 pi f)^2, a quality factor Q
+    A resonance frequency f in short circuit represents stiffness = M (2 pi f)^2, a quality factor Q
     for the damping sqrt(|stiffness| M)/Q, a damping ratio zeta for 2 zeta sqrt(|stiffness| M), and
     the frequency f_oc of the open circuit, at which stiffness + theta^2/Cp = M (2 pi f_oc)^2, for
     the coupling theta > 0.

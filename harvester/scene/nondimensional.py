@@ -17,11 +17,12 @@ from harvester.scene.table import NONE, OptNumber, SceneTable, scene_table
 class Nondimensional(SceneTable):
     """The parameters of the paper's nondimensional Eq. 2, every one optional.
 
-    The noise intensities are N1 = eps1^2 D11 and N2 = eps2^2 D22; eps1 and eps2 are 1 where only their D is given; an
-    eps without its D is refused.  Ours: the spring is linear x + alpha2 x^2 + alpha x^3 with linear = 1 or -1, the
-    stops are those of `Stop` (stop_stiffness and stop_damping instead of restitution) and `OppositeStop`, drive
-    cos(drive_frequency t) is a harmonic acceleration; correlation_time, or centre_frequency and bandwidth (rad),
-    filter the external noise as in `Excitation`.
+    The noise intensities are N1 = eps1^2 D11 and N2 = eps2^2 D22; eps1 and eps2 are 1 if only their
+    D is given; an eps without its D is refused.  Ours: the spring is linear x + alpha2 x^2 + alpha
+    x^3 with linear = 1 or -1, the stops are those of `Stop` (stop_stiffness and stop_damping
+    instead of restitution) and `OppositeStop`, drive cos(drive_frequency t) is a harmonic
+    acceleration; correlation_time, or centre_frequency and bandwidth (rad), filter the external
+    noise as in `Excitation`.
 
     >>> import harvester as hv
     >>> hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01).beta
@@ -35,21 +36,23 @@ class Nondimensional(SceneTable):
     cv: Annotated[OptNumber, NUMBER_FROM_0, "quadratic damping, of |x'|"] = NONE
     alpha: Annotated[OptNumber, NUMBER, "cubic stiffness"] = NONE
     alpha2: Annotated[OptNumber, NUMBER, "quadratic stiffness"] = NONE
-    linear: Annotated[OptNumber, NUMBER, "1, or -1 for two wells"] = NONE
+    linear: Annotated[OptNumber, NUMBER, "1, or -1 for a bistable device"] = NONE
     beta: Annotated[OptNumber, NUMBER_FROM_0, "coupling, theta^2/(K Cp)"] = NONE
     mu: Annotated[OptNumber, NUMBER_FROM_0, "load, 1/(R Cp w0)"] = NONE
     restitution: Annotated[OptNumber, RESTITUTION, "rigid stop"] = NONE
     gap: Annotated[OptNumber, NUMBER, "the stop is at x = -gap"] = NONE
     opposite_restitution: Annotated[
-        OptNumber, RESTITUTION, "of a second rigid stop, at x = +opposite_gap"
+        OptNumber,
+        RESTITUTION,
+        "restitution coefficient of a second rigid stop, at x = +opposite_gap",
     ] = NONE
-    opposite_gap: Annotated[OptNumber, NUMBER, "its distance from rest"] = NONE
+    opposite_gap: Annotated[OptNumber, NUMBER, "distance of that stop from rest"] = NONE
     stop_stiffness: Annotated[
         OptNumber, NUMBER_FROM_0, "compliant stop, instead of restitution"
     ] = NONE
-    stop_damping: Annotated[OptNumber, NUMBER_FROM_0, "of a compliant stop"] = NONE
-    eps1: Annotated[OptNumber, NUMBER, "size of the external noise; 1 where left out"] = NONE
-    eps2: Annotated[OptNumber, NUMBER, "size of the parametric noise; 1 where left out"] = NONE
+    stop_damping: Annotated[OptNumber, NUMBER_FROM_0, "damping of a compliant stop"] = NONE
+    eps1: Annotated[OptNumber, NUMBER, "size of the external noise; default 1"] = NONE
+    eps2: Annotated[OptNumber, NUMBER, "size of the parametric noise; default 1"] = NONE
     D11: Annotated[OptNumber, NUMBER_FROM_0, "intensity of the external noise"] = NONE
     D22: Annotated[OptNumber, NUMBER_FROM_0, "intensity of the parametric noise"] = NONE
     D12: Annotated[OptNumber, NUMBER, "correlation of the two"] = NONE
@@ -57,11 +60,11 @@ class Nondimensional(SceneTable):
     drive_frequency: Annotated[OptNumber, NUMBER_ABOVE_0, "its frequency over w0 (rad)"] = NONE
     correlation_time: Annotated[OptNumber, NUMBER_ABOVE_0, "the external noise is coloured"] = NONE
     centre_frequency: Annotated[
-        OptNumber, NUMBER_ABOVE_0, "the external noise has a band: its centre (rad)"
+        OptNumber, NUMBER_ABOVE_0, "centre of band-limited external noise (rad)"
     ] = NONE
-    bandwidth: Annotated[
-        OptNumber, NUMBER_ABOVE_0, "between the half-power points of that band (rad)"
-    ] = NONE
+    bandwidth: Annotated[OptNumber, NUMBER_ABOVE_0, "half-power bandwidth of that noise (rad)"] = (
+        NONE
+    )
 
     def __post_init__(self) -> None:
         check_shaking(self, "drive", "drive_frequency", "D11")

@@ -46,14 +46,17 @@ FILES = ("acceleration_file", "acceleration_psd_file")  # keys of the excitation
 
 @scene_table
 class Oscillator(SceneTable):
-    """The mass on its spring and its damper, which moves relative to the base.
+    """Mass, spring and damper of the harvester, in coordinates relative to the base.
 
-        M X'' + (damping + damping_x2 X^2 + damping_x4 X^4 + damping_v |X'|) X' + spring = ...
+        mass X'' + (damping + damping_x2 X^2 + damping_x4 X^4 + damping_v |X'|) X' + F(X) = -mass a(t) - theta v
 
-    spring = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3: a negative stiffness makes two wells, a
-    negative cubic_stiffness a spring that softens.  SI units.  The paper's b1 = -damping, b2 = -damping_x2,
-    b3 = damping_x4; damping_ratio is damping / (2 sqrt(|stiffness| mass)), and q is 1/(2 damping_ratio).  The resonance
-    ``frequency`` in short circuit (Hz) stands for stiffness = mass (2 pi frequency)^2.
+        F(X) = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3
+
+    A negative stiffness makes the device bistable, a negative cubic_stiffness softens the spring.
+    SI units. Coefficients of the *Entropy* 2026 paper: b1 = -damping, b2 = -damping_x2, b3 =
+    damping_x4. Equivalents: damping_ratio is damping / (2 sqrt(|stiffness| mass)), q is 1/(2
+    damping_ratio), and the short-circuit resonance ``frequency`` (Hz) gives stiffness = mass (2 pi
+    frequency)^2.
 
     >>> import harvester as hv
     >>> hv.Oscillator(mass="40 g", stiffness="16 N/m", damping_ratio=0.004).mass
@@ -64,22 +67,24 @@ class Oscillator(SceneTable):
     SAME: ClassVar = {("stiffness", "frequency"): True, ("damping", "damping_ratio", "q"): False}
     mass: Annotated[Number, MASS, "effective (modal) mass"]
     stiffness: Annotated[
-        OptNumber, STIFFNESS, "linear spring, in short circuit; negative: two wells"
+        OptNumber, STIFFNESS, "linear stiffness in short circuit; negative: bistable"
     ] = NONE
-    frequency: Annotated[
-        OptNumber, FREQUENCY, "instead of stiffness: the resonance in short circuit"
-    ] = NONE
-    quadratic_stiffness: Annotated[OptNumber, QUADRATIC_STIFFNESS, "force of X^2"] = NONE
-    cubic_stiffness: Annotated[OptNumber, CUBIC_STIFFNESS, "force of X^3; negative: softening"] = (
+    frequency: Annotated[OptNumber, FREQUENCY, "short-circuit resonance, instead of stiffness"] = (
         NONE
     )
+    quadratic_stiffness: Annotated[
+        OptNumber, QUADRATIC_STIFFNESS, "coefficient of X^2 in the spring force"
+    ] = NONE
+    cubic_stiffness: Annotated[
+        OptNumber, CUBIC_STIFFNESS, "coefficient of X^3 in the spring force; negative: softening"
+    ] = NONE
     damping: Annotated[OptNumber, DAMPING, "linear damping"] = NONE
     damping_ratio: Annotated[
         OptNumber, NUMBER, "instead of damping: damping/(2 sqrt(|stiffness| mass))"
     ] = NONE
-    q: Annotated[OptNumber, QUALITY, "instead of damping: quality factor in short circuit"] = NONE
-    damping_x2: Annotated[OptNumber, DAMPING_X2, "damping of X^2 X'"] = NONE
-    damping_x4: Annotated[OptNumber, DAMPING_X4, "damping of X^4 X'"] = NONE
+    q: Annotated[OptNumber, QUALITY, "quality factor in short circuit, instead of damping"] = NONE
+    damping_x2: Annotated[OptNumber, DAMPING_X2, "coefficient of X^2 X'"] = NONE
+    damping_x4: Annotated[OptNumber, DAMPING_X4, "coefficient of X^4 X'"] = NONE
     damping_v: Annotated[OptNumber, DAMPING_V, "quadratic damping: of |X'| X', such as air's"] = (
         NONE
     )
@@ -98,9 +103,10 @@ class Oscillator(SceneTable):
 class Piezo(SceneTable):
     """The piezoelectric transducer: force theta v on the mass, charge theta X into its capacitance.
 
-    theta is the coupling in N/V, the capacitance (F) is that of the clamped piezo.  ``strain_per_displacement`` (1/m)
-    is the largest strain of the piezo over the displacement: no equation has it, but limits and lifetimes have.
-    ``open_circuit_frequency`` f (Hz) represents the coupling with stiffness + theta^2/capacitance = mass (2 pi f)^2.
+    theta is the coupling in N/V, the capacitance (F) is that of the clamped piezo.
+    ``strain_per_displacement`` (1/m) is the largest strain of the piezo over the displacement: no
+    equation has it, but limits and lifetimes have. ``open_circuit_frequency`` f (Hz) represents the
+    coupling with stiffness + theta^2/capacitance = mass (2 pi f)^2.
 
     >>> import harvester as hv
     >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 nF").coupling
@@ -113,7 +119,7 @@ class Piezo(SceneTable):
         NONE
     )
     open_circuit_frequency: Annotated[
-        OptNumber, FREQUENCY, "instead of coupling: the resonance in open circuit"
+        OptNumber, FREQUENCY, "open-circuit resonance, instead of coupling"
     ] = NONE
     capacitance: Annotated[Number, CAPACITANCE, "clamped capacitance: with the mass held"]
     strain_per_displacement: Annotated[
@@ -128,8 +134,9 @@ class Piezo(SceneTable):
 class Stop(SceneTable):
     """A stop at X = -gap, motion on X > -gap; a negative gap presses the mass on it (preload).
 
-    Rigid: X'+ = -restitution X'-.  Compliant, with ``stiffness`` instead: where X < -gap the force on the mass is
-    -stiffness (X + gap) - damping X'; with less than the critical damping, or the mass would not come off.
+    Rigid: X'+ = -restitution X'-.  Compliant, with ``stiffness`` instead: if X < -gap the force on
+    the mass is -stiffness (X + gap) - damping X'; with less than the critical damping, or the mass
+    would not come off.
 
     >>> import harvester as hv
     >>> hv.Stop(restitution=0.96, gap="0.5 mm").gap
@@ -140,13 +147,11 @@ class Stop(SceneTable):
     restitution: Annotated[
         OptNumber, RESTITUTION, "rigid stop: speed after over speed before an impact"
     ] = NONE
-    gap: Annotated[
-        OptNumber, GAP, "the stop is at X = -gap; 0 where left out, negative: pressed on the mass"
-    ] = NONE
+    gap: Annotated[OptNumber, GAP, "the stop is at X = -gap; default 0, negative: preload"] = NONE
     stiffness: Annotated[
         OptNumber, STOP_STIFFNESS, "compliant stop, instead of restitution: its stiffness"
     ] = NONE
-    damping: Annotated[OptNumber, STOP_DAMPING, "of a compliant stop"] = NONE
+    damping: Annotated[OptNumber, STOP_DAMPING, "damping of a compliant stop"] = NONE
 
     def __post_init__(self) -> None:
         check_rigid_or_compliant("stop", "", self.restitution, self.stiffness, self.damping)
@@ -154,7 +159,7 @@ class Stop(SceneTable):
 
 @scene_table
 class OppositeStop(SceneTable):
-    """A second rigid stop, at X = +gap, beside a rigid [stop]: X'+ = -restitution X'-.
+    """A second rigid stop, at X = +gap, next to a rigid [stop]: X'+ = -restitution X'-.
 
     >>> import harvester as hv
     >>> hv.OppositeStop(restitution=0.9, gap="0.5 mm").gap
@@ -162,8 +167,10 @@ class OppositeStop(SceneTable):
     """
 
     TABLE: ClassVar[str] = "opposite_stop"
-    restitution: Annotated[Number, RESTITUTION, "of a second rigid stop, at X = +gap"]
-    gap: Annotated[OptNumber, GAP, "its distance from rest"] = NONE
+    restitution: Annotated[
+        Number, RESTITUTION, "restitution coefficient of a second rigid stop, at X = +gap"
+    ]
+    gap: Annotated[OptNumber, GAP, "distance of that stop from rest"] = NONE
 
 
 @scene_table
@@ -172,9 +179,10 @@ class Mode(SceneTable):
 
         mass (X'' + 2 damping_ratio w X' + w^2 X) + coupling v = -mass base a,    w = 2 pi frequency
 
-    X is the mode's displacement where that of the [oscillator] is measured, a the acceleration of the base and ``base``
-    the mode's participation in it.  A stop meets the sum of all modes' displacements, each times its ``at_stop``, which
-    is 1 if the stop is in the place if they are measured, such as at the tip.
+    X is the mode's displacement where that of the [oscillator] is measured, a the acceleration of the
+    base and ``base`` the mode's participation in it.  A stop meets the sum of all modes'
+    displacements, each times its ``at_stop``, which is 1 if the stop is in the place where they are
+    measured, such as at the tip.
 
     >>> import harvester as hv
     >>> hv.Mode(frequency="310 Hz", mass="5 g", damping_ratio=0.01, coupling="-2e-3 N/V", base=-0.6).base
@@ -186,15 +194,15 @@ class Mode(SceneTable):
         Number, FREQUENCY, "resonance of a further mode in short circuit, in ascending order"
     ]
     mass: Annotated[Number, MASS, "modal mass of a further mode"]
-    damping_ratio: Annotated[OptNumber, NUMBER_FROM_0, "of a further mode"] = NONE
+    damping_ratio: Annotated[OptNumber, NUMBER_FROM_0, "damping ratio of a further mode"] = NONE
     coupling: Annotated[
         OptNumber, MODE_COUPLING, "force per volt on a further mode; left out: none"
     ] = NONE
     base: Annotated[
-        OptNumber, PARTICIPATION, "participation in the base's acceleration; 1 where left out"
+        OptNumber, PARTICIPATION, "participation in the base acceleration; default 1"
     ] = NONE
     at_stop: Annotated[
-        OptNumber, PARTICIPATION, "displacement at the stop over that of the mode; 1 if left out"
+        OptNumber, PARTICIPATION, "displacement at the stop over that of the mode; default 1"
     ] = NONE
 
 
@@ -202,8 +210,8 @@ class Mode(SceneTable):
 class Magnifier(SceneTable):
     """A mass on a spring between the base and the device, which shakes the device more than the base does.
 
-    Its displacement Z is relative to the base, that of the [oscillator] relative to the magnifier.  With a
-    ``restitution`` there is a rigid stop under it at Z = -gap.
+    Its displacement Z is relative to the base, that of the [oscillator] relative to the magnifier.
+    With a ``restitution`` there is a rigid stop under it at Z = -gap.
 
     >>> import harvester as hv
     >>> hv.Magnifier(mass="200 g", stiffness="80 N/m", damping="0.05 N s/m").mass
@@ -211,13 +219,13 @@ class Magnifier(SceneTable):
     """
 
     TABLE: ClassVar[str] = "magnifier"
-    mass: Annotated[Number, MASS, "between the base and the device"]
-    stiffness: Annotated[Number, MAGNIFIER_STIFFNESS, "of its spring to the base"]
-    damping: Annotated[OptNumber, STOP_DAMPING, "of its damper to the base"] = NONE
-    restitution: Annotated[OptNumber, RESTITUTION, "of a rigid stop under it; left out: none"] = (
-        NONE
-    )
-    gap: Annotated[OptNumber, GAP, "that stop is at Z = -gap; 0 where left out"] = NONE
+    mass: Annotated[Number, MASS, "mass between the base and the device"]
+    stiffness: Annotated[Number, MAGNIFIER_STIFFNESS, "stiffness of its spring to the base"]
+    damping: Annotated[OptNumber, STOP_DAMPING, "coefficient of its damper to the base"] = NONE
+    restitution: Annotated[
+        OptNumber, RESTITUTION, "restitution coefficient of a rigid stop under it; default: no stop"
+    ] = NONE
+    gap: Annotated[OptNumber, GAP, "that stop is at Z = -gap; default 0"] = NONE
 
     def __post_init__(self) -> None:
         if self.gap is not None and self.restitution is None:
@@ -228,8 +236,9 @@ class Magnifier(SceneTable):
 class Ball(SceneTable):
     """A free ball in a box on the mass, or at the tip: it moves without friction and hits the box's two ends.
 
-    Its place Z is relative to the base, from the middle of the box: |Z - X| <= room/2, and at an end the relative speed
-    turns round times ``restitution``.  With a ``tilt`` of 90 degrees the box stands upright.
+    Its place Z is relative to the base, from the middle of the box: |Z - X| <= room/2, and at an
+    end the relative speed turns round times ``restitution``.  With a ``tilt`` of 90 degrees the box
+    stands upright.
 
     >>> import harvester as hv
     >>> hv.Ball(mass="2 g", room="4 mm", restitution=0.8).room
@@ -237,23 +246,25 @@ class Ball(SceneTable):
     """
 
     TABLE: ClassVar[str] = "ball"
-    mass: Annotated[Number, MASS, "of a free ball in a box on the mass"]
+    mass: Annotated[Number, MASS, "mass of a free ball in a box on the mass"]
     room: Annotated[Number, ROOM, "free way of the ball from end to end of its box"]
-    restitution: Annotated[Number, RESTITUTION, "of the ball at both ends of its box"]
+    restitution: Annotated[Number, RESTITUTION, "restitution coefficient at both ends of its box"]
     tilt: Annotated[
-        OptNumber, TILT, "of its way from the horizontal, in degrees; 0 where left out"
+        OptNumber, TILT, "angle of its path to the horizontal, in degrees; default 0"
     ] = NONE
 
 
 @scene_table
 class Excitation(SceneTable):
-    """What shakes the device: an acceleration of its base, and white noise on its stiffness (N2, a number).
+    """Base excitation of the device. Several kinds can be combined.
 
-    ``acceleration_psd`` is the one-sided density of white noise; with ``correlation_time`` T that at low frequencies of
-    noise of density G/(1 + (2 pi f T)^2); with ``centre_frequency`` and ``bandwidth`` (between the half-power points)
-    that at the centre of a resonator's band.  ``acceleration_amplitude`` and ``frequency`` are a harmonic motion, which
-    white noise may go with; so it may with a record in time, ``acceleration_file``, a table of the density,
-    ``acceleration_psd_file``, or a ``profile`` by name.
+    White noise has the one-sided power spectral density ``acceleration_psd``. With
+    ``correlation_time`` T it is coloured, with the density G/(1 + (2 pi f T)^2); with
+    ``centre_frequency`` and ``bandwidth`` it is band-limited, with the density at the centre of the
+    band. ``acceleration_amplitude`` and ``frequency`` are a harmonic excitation, alone or with
+    noise. A recording (``acceleration_file``), a tabulated density (``acceleration_psd_file``) and
+    a ``profile`` can also be combined with white noise. ``stiffness_noise`` is parametric white
+    noise (N2, a number).
 
     >>> import harvester as hv
     >>> f'{hv.Excitation(acceleration_psd="1e-5 g^2/Hz").acceleration_psd:.4g} (m/s^2)^2/Hz'
@@ -262,45 +273,52 @@ class Excitation(SceneTable):
 
     TABLE: ClassVar[str] = "excitation"
     acceleration_psd: Annotated[
-        OptNumber, ACCELERATION_PSD, "white noise of the base, one-sided density"
+        OptNumber, ACCELERATION_PSD, "white noise of the base, one-sided power spectral density"
     ] = NONE
     stiffness_noise: Annotated[
-        OptNumber, NUMBER_FROM_0, "white noise on the stiffness, N2 = eps2^2 D22"
+        OptNumber, NUMBER_FROM_0, "parametric white noise, N2 = eps2^2 D22"
     ] = NONE
     acceleration_amplitude: Annotated[
-        OptNumber, ACCELERATION, "harmonic of the base, peak; or of a shock"
+        OptNumber, ACCELERATION, "peak of the harmonic excitation, or of a shock"
     ] = NONE
     frequency: Annotated[
-        OptNumber, FREQUENCY, "of the harmonic; of a profile: rotation or step rate"
+        OptNumber,
+        FREQUENCY,
+        "frequency of the harmonic excitation; rotation or step rate of a profile",
     ] = NONE
     correlation_time: Annotated[
         OptNumber, TIME, "the noise is coloured (Ornstein and Uhlenbeck)"
     ] = NONE
-    centre_frequency: Annotated[OptNumber, FREQUENCY, "the noise has a band: its centre"] = NONE
-    bandwidth: Annotated[OptNumber, FREQUENCY, "between the half-power points of that band"] = NONE
+    centre_frequency: Annotated[OptNumber, FREQUENCY, "centre of band-limited noise"] = NONE
+    bandwidth: Annotated[OptNumber, FREQUENCY, "half-power bandwidth of band-limited noise"] = NONE
     acceleration_file: (
         Annotated[str, "recorded acceleration of the base, a CSV file with units", "'shake.csv'"]
         | None
     ) = None
     acceleration_psd_file: (
-        Annotated[str, "noise of a tabulated density (log-log; a ramp to a 0), CSV", "'psd.csv'"]
+        Annotated[
+            str,
+            "tabulated power spectral density of noise (log-log; a ramp to a 0), CSV",
+            "'psd.csv'",
+        ]
         | None
     ) = None
     profile: (
-        Annotated[str, "shaking by name, listed by 'harvester keys profile'", "'walking'"] | None
+        Annotated[str, "vibration profile by name, listed by 'harvester keys profile'", "'walking'"]
+        | None
     ) = None
     level: Annotated[
-        OptNumber, NUMBER, "times the accelerations of a profile; negative: turned round"
+        OptNumber, NUMBER, "factor on the accelerations of a profile; negative: reversed"
     ] = NONE
-    pulse_duration: Annotated[OptNumber, TIME, "of a shock; of a damped sine the time to 1/e"] = (
-        NONE
-    )
+    pulse_duration: Annotated[
+        OptNumber, TIME, "duration of a shock; decay time to 1/e of a damped sine"
+    ] = NONE
     event_rate: Annotated[
-        OptNumber, FREQUENCY, "shocks a second; left out: a single one, from rest"
+        OptNumber, FREQUENCY, "shocks per second; default: a single one, from rest"
     ] = NONE
     harmonics: Annotated[
         Read[tuple[Annotated[float, ACCELERATION], ...] | None, Sequence[float | str] | None],
-        "of a machine: peaks at 1, 2, ... times its frequency",
+        "peaks of a machine at 1, 2, ... times its frequency",
         "['0.1 g', '0.03 g']",
     ] = NONE
 

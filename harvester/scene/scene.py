@@ -34,6 +34,8 @@ from harvester.scene.physical import (
 from harvester.scene.sensor_node import HarvestingChip, SensorNode, Storage, check_node
 from harvester.scene.table import SceneTable, one_line_errors
 
+LONGEST_TITLE = 1000  # letters, above tables and plots
+
 
 class SceneTables(TypedDict, total=False):
     """What `Scene.replace` takes."""
@@ -76,6 +78,8 @@ class Scene(SceneTable):
     nondimensional
         the table of a nondimensional scene, in place of all others.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> scene.physical, scene.vary("nondimensional.mu", 2.0).nondimensional.mu
@@ -103,6 +107,10 @@ class Scene(SceneTable):
     nondimensional: Nondimensional | None = None
 
     def __post_init__(self) -> None:
+        if len(self.title) > LONGEST_TITLE:
+            raise InputError(
+                f"title must have at most {LONGEST_TITLE} letters, but has {len(self.title)}"
+            )
         physical = [name for name in TABLES if name != "nondimensional" and getattr(self, name)]
         if self.nondimensional is not None and physical:
             raise InputError(
@@ -154,6 +162,8 @@ class Scene(SceneTable):
 
         A resistance is a number in ohm or a text such as "470k" or "1 Mohm".
 
+        Examples
+        --------
         >>> import harvester as hv
         >>> oscillator, piezo = hv.Oscillator(mass="40 g", stiffness=16), hv.Piezo(coupling=1e-3, capacitance="50 nF")
         >>> hv.Scene(oscillator=oscillator, piezo=piezo).with_load(resistance="470k").load.resistance
@@ -180,7 +190,7 @@ class Scene(SceneTable):
 
     @property
     def name(self) -> str:
-        """Its title; of a scene without one what device it is, for a figure's title."""
+        """Its title; for a scene without one what device it is, for a figure's title."""
         if self.title or not self.physical:
             return self.title or "nondimensional device"
         return f"device of {1e3 * self.modal.mass:.4g} g and {self.modal.frequency / (2.0 * math.pi):.4g} Hz"
@@ -203,8 +213,8 @@ class Scene(SceneTable):
     def replace(self, **tables: Unpack[SceneTables]) -> "Scene":  # type: ignore[override]
         """The same scene with other tables; one that is None is left out.
 
-        Each table has such a method, too: ``scene.replace(stop=scene.stop.replace(gap="0.5 mm"))``.  `varied` sets keys
-        by their names, and `with_load` the load.
+        Each table has such a method as well: ``scene.replace(stop=scene.stop.replace(gap="0.5
+        mm"))``.  `varied` sets keys by their names, and `with_load` the load.
 
         Parameters
         ----------
@@ -212,6 +222,8 @@ class Scene(SceneTable):
             ``title``, ``oscillator``, ``piezo``, ``stop``, ``opposite_stop``, ``excitation``,
             ``load`` and ``nondimensional``, as `Scene` itself takes them.
 
+        Examples
+        --------
         >>> import harvester as hv
         >>> scene = hv.load("examples/plate_with_stop.toml")
         >>> scene.replace(stop=None, title="without a stop").stop is None
@@ -231,7 +243,7 @@ class Scene(SceneTable):
     def varied(self, values: Mapping[str, float | str | None]) -> "Scene":
         """The same scene with several keys set at once, checked with all of them set.
 
-        A key takes the place of another that says the same, such as oscillator.frequency that of
+        A key replaces another that states the same, such as oscillator.frequency that of
         stiffness.
 
         Parameters

@@ -56,7 +56,7 @@ def _units(unit: str) -> Iterator[str]:
 
 
 def _shortest(kind: Kind, value: float, unit: str) -> str:
-    """The text of fewest digits that is read as exactly the value; "" where that takes more than a few."""
+    """The text of fewest digits that is read as exactly the value; "" if that takes more than a few."""
     factor, power = kind.scale(unit)
     if factor is None or power != 1:
         return ""

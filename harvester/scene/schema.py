@@ -3,7 +3,7 @@
 pydantic makes it from the scene's dataclasses, and the words are those of `harvester keys`.  It
 names which tables and keys there are, which are needed, and which form and range a value has.
 Which unit a text may have, and which keys exclude each other, only the program knows: whatever the
-program takes, the schema takes too.
+program takes, the schema takes as well.
 """
 
 import itertools
@@ -92,7 +92,7 @@ def _inlined(node: Any, definitions: dict[str, Any]) -> Any:
 
 
 def _help(key: SceneKey) -> str:
-    """What an editor shows beside a key."""
+    """What an editor shows next to a key."""
     unit = f" A bare number is in {key.unit}; a text has its unit." if key.unit else ""
     return f"{key.meaning[:1].upper()}{key.meaning[1:]}.{unit} Example: {key.name} = {key.example}"
 

@@ -4,6 +4,7 @@ import math
 from typing import Annotated, ClassVar
 
 from harvester.errors import InputError, invalid
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.quantities.kinds import (
     CHARGE,
     CURRENT,
@@ -17,7 +18,6 @@ from harvester.quantities.kinds import (
     VOLTAGE,
     VOLTAGE_FROM_0,
 )
-from harvester.records.current_trace import read_trace
 from harvester.scene.table import NONE, Number, OptNumber, SceneTable, scene_table
 
 
@@ -25,8 +25,9 @@ from harvester.scene.table import NONE, Number, OptNumber, SceneTable, scene_tab
 class Storage(SceneTable):
     """A capacitor behind the rectifier, in place of the netlist's Csmooth, or a battery, which keeps its voltage.
 
-    The charge that goes on into the pores of a supercapacitor, which its makers call a leakage of the first hours, is
-    that of a ``diffusion_capacitance`` that a ``diffusion_resistance`` is spread along.  A battery begins full.
+    The charge that continues into the pores of a supercapacitor, which its makers call a leakage of
+    the first hours, is that of a ``diffusion_capacitance`` that a ``diffusion_resistance`` is
+    spread along.  A battery begins full.
 
     >>> import harvester as hv
     >>> hv.Storage(capacitance="470 uF", leakage_resistance="10 Mohm").capacitance
@@ -34,30 +35,30 @@ class Storage(SceneTable):
     """
 
     TABLE: ClassVar[str] = "storage"
-    capacitance: Annotated[OptNumber, STORAGE, "of the capacitor that feeds the node"] = NONE
+    capacitance: Annotated[OptNumber, STORAGE, "capacitance that feeds the node"] = NONE
     leakage_resistance: Annotated[
-        OptNumber, RESISTANCE_FROM_0, "across the capacitor; left out: none"
+        OptNumber, RESISTANCE_FROM_0, "resistance across the capacitor; default: none"
     ] = NONE
-    esr: Annotated[OptNumber, RESISTANCE_FROM_0, "in series: a current out lowers its voltage"] = (
-        NONE
-    )
-    initial_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "at the beginning; 0 where left out"] = (
+    esr: Annotated[OptNumber, RESISTANCE_FROM_0, "series resistance"] = NONE
+    initial_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "voltage at the beginning; default 0"] = (
         NONE
     )
     clamp_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "what more comes in is lost; left out: none"
+        OptNumber, VOLTAGE_FROM_0, "voltage above which surplus energy is dissipated; default: none"
     ] = NONE
     capacitance_left: Annotated[
-        OptNumber, SHARE, "of the capacitance, by tolerance and age; 1 where left out"
+        OptNumber, SHARE, "fraction of the capacitance left by tolerance and age; default 1"
     ] = NONE
     diffusion_capacitance: Annotated[
-        OptNumber, STORAGE, "beside capacitance, deep in the pores"
+        OptNumber, STORAGE, "capacitance deep in the pores, in parallel"
     ] = NONE
     diffusion_resistance: Annotated[
-        OptNumber, RESISTANCE, "of the pores, along diffusion_capacitance"
+        OptNumber, RESISTANCE, "resistance of the pores, along diffusion_capacitance"
     ] = NONE
-    battery_voltage: Annotated[OptNumber, VOLTAGE, "of a battery, instead of capacitance"] = NONE
-    battery_charge: Annotated[OptNumber, CHARGE, "of a full battery: 1 mAh is 3.6 C"] = NONE
+    battery_voltage: Annotated[
+        OptNumber, VOLTAGE, "voltage of a battery, instead of capacitance"
+    ] = NONE
+    battery_charge: Annotated[OptNumber, CHARGE, "charge of a full battery: 1 mAh is 3.6 C"] = NONE
 
     def __post_init__(self) -> None:
         _check_store(self)
@@ -99,14 +100,14 @@ class SensorNode(SceneTable):
     """A load that begins at ``wake_voltage`` of the store and stops below ``stop_voltage``: packets, and sleep between.
 
     A packet is a list of ``currents`` with their ``durations``, a ``packet_energy`` that takes the
-    first of the ``durations`` (10 ms where left out), or a ``trace``, a CSV file of time and
+    first of the ``durations`` (10 ms if left out), or a ``trace``, a CSV file of time and
     current as power profilers write it. Currents and energies are those that the node takes from
     its ``supply_voltage``, which a regulator of an ``efficiency`` makes of the store; without one
     the store itself gives its currents.
 
-    Of its packets a ``lost_share`` is not answered; each is sent up to ``retries`` times more.  A flag of the store's
-    energy goes down below the first of ``low_voltages`` and up above the second: while it is down, packets are a
-    ``low_interval`` apart.
+    For its packets a ``lost_share`` is not answered; each is sent up to ``retries`` times more.  A
+    flag of the store's energy goes down below the first of ``low_voltages`` and up above the
+    second: while it is down, packets are a ``low_interval`` apart.
 
     >>> import harvester as hv
     >>> packet = {"currents": ["4 mA"], "durations": ["9 ms"]}
@@ -115,9 +116,9 @@ class SensorNode(SceneTable):
     """
 
     TABLE: ClassVar[str] = "node"
-    wake_voltage: Annotated[Number, VOLTAGE_FROM_0, "of the store, at which the node begins"]
-    stop_voltage: Annotated[Number, VOLTAGE_FROM_0, "of the store, below which it stops"]
-    interval: Annotated[Number, TIME, "from the beginning of a packet to that of the next"]
+    wake_voltage: Annotated[Number, VOLTAGE_FROM_0, "storage voltage at which the node starts"]
+    stop_voltage: Annotated[Number, VOLTAGE_FROM_0, "storage voltage below which it stops"]
+    interval: Annotated[Number, TIME, "time from the beginning of a packet to that of the next"]
     currents: (
         Annotated[
             tuple[Annotated[float, CURRENT], ...],
@@ -132,34 +133,38 @@ class SensorNode(SceneTable):
         ]
         | None
     ) = None
-    packet_energy: Annotated[OptNumber, ENERGY, "of a packet, instead of its currents"] = NONE
+    packet_energy: Annotated[OptNumber, ENERGY, "energy of a packet, instead of its currents"] = (
+        NONE
+    )
     trace: (
         Annotated[
             str, "a packet's current over time, a CSV file, instead of currents", "'packet.csv'"
         ]
         | None
     ) = None
-    sleep_current: Annotated[OptNumber, CURRENT, "between packets"] = NONE
+    sleep_current: Annotated[OptNumber, CURRENT, "current between packets"] = NONE
     stopped_current: Annotated[
-        OptNumber, CURRENT, "while it waits for the wake voltage, from the store"
+        OptNumber, CURRENT, "current while it waits for the wake voltage"
     ] = NONE
     supply_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "regulated supply; left out: the store feeds it"
+        OptNumber, VOLTAGE_FROM_0, "regulated supply voltage; default: fed by the storage"
     ] = NONE
-    efficiency: Annotated[OptNumber, SHARE, "of the regulator; 1 where left out"] = NONE
+    efficiency: Annotated[OptNumber, SHARE, "efficiency of the regulator; default 1"] = NONE
     lost_share: Annotated[
-        OptNumber, SHARE, "of packets sent, that nobody answers; left out: none"
+        OptNumber, SHARE, "fraction of packets that are not acknowledged; default 0"
     ] = NONE
-    retries: Annotated[OptNumber, RETRIES, "of a packet that nobody answers, at most"] = NONE
+    retries: Annotated[
+        OptNumber, RETRIES, "most repetitions of a packet that is not acknowledged"
+    ] = NONE
     low_voltages: (
         Annotated[
             tuple[Annotated[float, VOLTAGE], Annotated[float, VOLTAGE]],
-            "of the store, where a flag of low energy comes and goes",
+            "storage voltages at which the low-energy flag is set and cleared",
             "['3 V', '3.3 V']",
         ]
         | None
     ) = None
-    low_interval: Annotated[OptNumber, TIME, "instead of interval, while the flag is there"] = NONE
+    low_interval: Annotated[OptNumber, TIME, "interval while the low-energy flag is set"] = NONE
 
     def __post_init__(self) -> None:
         _check_radio(self)
@@ -188,18 +193,29 @@ class SensorNode(SceneTable):
     def states(self) -> tuple[tuple[float, float], ...]:
         """Current (A) and duration (s) of each state of a packet; InputError for a trace that cannot be read."""
         if self.trace is not None:
-            return read_trace(self.trace)
+            from harvester.records.current_trace import read_trace
+
+            return read_trace(self.trace).states
         if self.packet_energy is not None:
             duration = self.durations[0] if self.durations else PACKET
             return ((self.packet_energy / (duration * (self.supply_voltage or 1.0)), duration),)
         return tuple(zip(self.currents or (), self.durations or (), strict=True))
+
+    @property
+    def trace_notes(self) -> tuple[Diagnostic, ...]:
+        """Notes on how the file of a trace was read."""
+        if self.trace is None:
+            return ()
+        from harvester.records.current_trace import read_trace
+
+        return read_trace(self.trace).notes
 
 
 PACKET = 0.01  # s that a packet of a given energy takes
 
 
 def _check_radio(node: SensorNode) -> None:
-    """Refuse retries and a flag of which half is missing, and packets that take longer than their interval."""
+    """Refuse retries and a flag of which half is missing, and packets that need longer than their interval."""
     _check_both(node, "low_voltages", "low_interval")
     if node.retries is not None and node.lost_share is None:
         raise InputError("node.lost_share must be given with retries, but is left out")
@@ -231,9 +247,10 @@ def _check_durations(node: SensorNode) -> None:
 class HarvestingChip(SceneTable):
     """What is between the rectifier and the store: a chip by its name, or one of your own.
 
-    Keys beside a ``name`` take the place of what the chip's data sheet says.  With an ``input_ratio`` the chip holds
-    the rectifier's output at that part of its voltage without load, and charges the store from there; without one the
-    store is at its input.  The output feeds the node from the start voltage of the store on, until the stop voltage.
+    Keys next to a ``name`` replace what the chip's data sheet says.  With an
+    ``input_ratio`` the chip holds the rectifier's output at that part of its voltage without load,
+    and charges the store from there; without one the store is at its input.  The output feeds the
+    node from the start voltage of the store on, until the stop voltage.
 
     >>> import harvester as hv
     >>> hv.HarvestingChip(name="bq25570", start_voltage="3 V").start_voltage
@@ -245,26 +262,26 @@ class HarvestingChip(SceneTable):
         None
     )
     start_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "of the store, at which the output begins"
+        OptNumber, VOLTAGE_FROM_0, "storage voltage at which the output starts"
     ] = NONE
     stop_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "of the store, below which the output ends"
+        OptNumber, VOLTAGE_FROM_0, "storage voltage below which the output stops"
     ] = NONE
-    full_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "of the store, at which charging ends"] = (
+    full_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "storage voltage at which charging ends"] = (
         NONE
     )
-    own_current: Annotated[OptNumber, CURRENT, "that the chip takes from the store"] = NONE
+    own_current: Annotated[OptNumber, CURRENT, "quiescent current of the chip"] = NONE
     input_ratio: Annotated[
-        OptNumber, SHARE, "of the voltage without load at which the input is held"
+        OptNumber, SHARE, "fraction of the open-circuit voltage at which the input is held"
     ] = NONE
-    efficiency: Annotated[OptNumber, SHARE, "of charging"] = NONE
+    efficiency: Annotated[OptNumber, SHARE, "charging efficiency"] = NONE
     efficiency_table: (
         Annotated[
-            str, "instead of efficiency: a CSV file over input voltage and current", "'chip.csv'"
+            str, "CSV file over input voltage and current, instead of efficiency", "'chip.csv'"
         ]
         | None
     ) = None
-    output_efficiency: Annotated[OptNumber, SHARE, "of the output"] = NONE
+    output_efficiency: Annotated[OptNumber, SHARE, "output efficiency"] = NONE
 
     def __post_init__(self) -> None:
         for key in ("start_voltage", "stop_voltage"):
@@ -277,9 +294,22 @@ class HarvestingChip(SceneTable):
             raise invalid("chip.start_voltage", f"be above stop_voltage, {stop:g} V", start)
         if self.name is None and self.input_ratio is not None and self.full_voltage is None:
             raise InputError("chip.full_voltage must be given with input_ratio, but is left out")
+        if self.name is None and self.input_ratio is None:
+            check_store_at_input(self)
         if self.efficiency is not None and self.efficiency_table is not None:
             raise InputError(
                 "chip must have one of efficiency and efficiency_table, but both are given"
+            )
+
+
+def check_store_at_input(chip: HarvestingChip) -> None:
+    """Refuse keys of a charging converter for a chip whose store is at its input."""
+    for key in ("efficiency", "efficiency_table", "full_voltage"):
+        if getattr(chip, key) is not None:
+            kind = "a chip of your own" if chip.name is None else f"chip {chip.name!r}"
+            raise InputError(
+                f"chip.{key} must be left out for {kind} without input_ratio, whose store is "
+                "at its input, but is given: output_efficiency is that of its output"
             )
 
 

@@ -111,7 +111,7 @@ class SceneTable:
     def replace(self, **keys: Any) -> Self:
         """The same table with other values of some keys; a key that is None is left out.
 
-        A key takes the place of another that says the same, such as ``frequency`` that of
+        A key replaces another that states the same, such as ``frequency`` that of
         ``stiffness``.
         """
         same = [

@@ -9,6 +9,7 @@ from typing import Any
 
 from harvester.errors import InputError, invalid, names_arguments, shown
 from harvester.machine import files
+from harvester.scene.example_scenes import example_scenes
 from harvester.scene.load import is_path
 from harvester.scene.physical import FILES
 from harvester.scene.scene import Scene
@@ -37,8 +38,10 @@ def loads(text: str, folder: Path | None = None) -> Scene:
     Raises
     ------
     InputError
-        for what is no TOML, or says something that no scene can have.
+        for anything that is not TOML, or says something that no scene can have.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.loads("nondimensional = { beta = 0.05 }").nondimensional.beta
     0.05
@@ -83,7 +86,10 @@ def _files_beside(
             raise invalid(
                 f"{table}.{key}", "be in the folder of the scene file (copy it there)", name
             )
-        paths[key] = str(path)
+        below = path.relative_to(folder.resolve())
+        # A netlist below the scene's folder may include what is beside it there.
+        inside = key == "netlist" and len(below.parts) > 1
+        paths[key] = f"{folder.resolve()}/./{below.as_posix()}" if inside else str(path)
     return paths
 
 
@@ -104,8 +110,10 @@ def load(path: str | Path) -> Scene:
     Raises
     ------
     InputError
-        where the file cannot be read, is no TOML, or says something that no scene can have.
+        if the file cannot be read, is not TOML, or says something that no scene can have.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.load("nowhere/plate.toml")
     Traceback (most recent call last):
@@ -119,11 +127,11 @@ def load(path: str | Path) -> Scene:
             raise
         beside = {p.stem: p.name for p in path.parent.glob("*.toml")}
         near = difflib.get_close_matches(path.stem, beside, n=1)
-        hint = (
-            f": did you mean {beside[near[0]]!r}?"
-            if near
-            else ": 'harvester new FILE.toml' makes one"
-        )
+        hint = ": 'harvester new FILE.toml' makes one"
+        if near:
+            hint = f": did you mean {beside[near[0]]!r}?"
+        elif name in example_scenes():
+            hint = f": it is an example, which 'harvester examples {name}' copies here"
         raise InputError(f"scene must be a file, but there is no {shown(name)}{hint}") from None
     try:
         return loads(data.decode("utf-8-sig"), path.parent)  # some editors begin a text with a mark

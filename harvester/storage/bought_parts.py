@@ -49,15 +49,17 @@ def coil_quality(values: Mapping[str, float], capacitance: float) -> float | Non
 class Chip:
     """A harvesting chip behind its bridge, by its data sheet.
 
-    A chip with a ``ratio`` holds its input at that part of the rectified voltage without load, between ``least`` and
-    ``most`` (V): it looks at that every ``period`` (s), with the converter off for ``look``.  It charges the store up
-    to ``full`` (V) with efficiencies ``charging`` in rows of input voltage (V), current (A) and efficiency, straight
-    between voltages and logarithms of currents.  From empty to ``hand_over`` (V) it takes ``cold_voltage`` with
-    ``cold_efficiency`` where at least ``cold_power`` (W) comes.  One without a ratio has its store at the input.  The
-    output begins at ``rise`` of the store (V) and ends below ``fall``; ``own`` is the chip's own current (A), and
-    ``low_own`` that before the output begins, the same where it is 0.
-    ``efficiencies`` are those of the output over its current (A), the first also below it.  ``outputs`` are the
-    output's voltages with ``rise`` and ``fall`` (V); of a chip that tracks, at 0, the range of its store.
+    A chip with a ``ratio`` holds its input at that part of the rectified voltage without load,
+    between ``least`` and ``most`` (V): it looks at that every ``period`` (s), with the converter
+    off for ``look``.  It charges the store up to ``full`` (V) with efficiencies ``charging`` in
+    rows of input voltage (V), current (A) and efficiency, straight between voltages and logarithms
+    of currents.  From empty to ``hand_over`` (V) it takes ``cold_voltage`` with ``cold_efficiency``
+    if at least ``cold_power`` (W) comes.  One without a ratio has its store at the input.  The
+    output begins at ``rise`` of the store (V) and ends below ``fall``; ``own`` is the chip's own
+    current (A), and ``low_own`` that before the output begins, the same if it is 0.
+    ``efficiencies`` are those of the output over its current (A), the first also below it.
+    ``outputs`` are the output's voltages with ``rise`` and ``fall`` (V); for a chip that tracks, at
+    0, the range of its store.
 
     ``diodes`` are saturation current (A) and emission coefficient of its bridge, or of that before
     its input: a BAT54.

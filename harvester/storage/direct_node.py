@@ -3,7 +3,7 @@
 The capacitor is the store, or what is at the input of a chip that holds it.  After each slice the
 chip moves its charge on by its law (`harvester.storage.bought_parts.Chip`), and the node takes what
 it takes.  This is what a slow computation is compared with, and what takes its place where a store
-is not slow beside the vibration.
+is not slow compared with the vibration.
 """
 
 import math
@@ -49,7 +49,14 @@ class _Tracker:
     power: float = 0.0
 
     def move(self, charge: float, volts: float, now: float, slice_: float) -> tuple[float, float]:
-        """What is left at the input, and what the store at ``volts`` gets, both in C."""
+        """Advance the chip by one time slice.
+
+        Returns
+        -------
+        input_charge, storage_charge : float
+            Charge left on the input capacitor, and charge delivered to the storage (C; negative: net
+            consumption).
+        """
         chip = self.chip
         seen = charge / INPUT
         if volts < chip.hand_over - (0.0 if self.begun is None else BACK):
@@ -110,7 +117,7 @@ class _Consumer:
         return volts
 
     def _stop(self, stops: list[float]) -> float:
-        """The voltage at which the node stops now; below all where it is off."""
+        """The voltage at which the node stops now; below all if it is off."""
         return -math.inf if self.state is None else stops[self.state]
 
     def _go_on(self, volts: float, now: float, stops: list[float]) -> None:

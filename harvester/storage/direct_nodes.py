@@ -85,7 +85,7 @@ def take_slices(
 
 
 class DirectNodes(NamedTuple):
-    """What each of some nodes did from rest in so many ``seconds``, shape (n,); ``first`` is 0 where none was sent.
+    """What each of some nodes did from rest in so many ``seconds``, shape (n,); ``first`` is 0 if none was sent.
 
     ``given`` and ``clamped`` are energies (J) that came into the store, and that the clamp took.
     """

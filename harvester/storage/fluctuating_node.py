@@ -2,11 +2,11 @@
 
     i(V) = I(V) + sqrt(S(V)/L) xi      in each window of a length L, with xi normal and new in each
 
-S is the spectral density of the current at frequency zero.  How the current goes within a window is not known: what
-windows of twice the length, with the same charge, change of a number is its error.  What the mass remembers fades in
-less than a window, and
-a window is short beside what the store takes to the wake voltage.  Courses are as long as so many windows; what days
-do beyond that the mean current says (two levels): the number of long ones is
+S is the spectral density of the current at frequency zero.  How the current goes within a window is
+not known: what windows of twice the length, with the same charge, change of a number is its error.
+What the mass remembers fades in less than a window, and a window is short compared with what the
+store takes to the wake voltage.  Courses are as long as so many windows; what days do beyond that
+the mean current says (two levels): the number of long ones is
 
     E[noisy, short] + (mean current, long) - (mean current, short).
 
@@ -105,7 +105,7 @@ def spread_of(run: NodeRun, length: float) -> Floats:
 
 @dataclass(frozen=True)
 class Lived:
-    """What a node does: by the ``mean`` current; and where it fluctuates in ``groups`` of courses, each their mean.
+    """What a node does: by the ``mean`` current; and if it fluctuates in ``groups`` of courses, each their mean.
 
     ``short`` is the course of the mean current that is as long as those.
     """
@@ -126,7 +126,7 @@ class Lived:
         return float(np.mean([course.interval(share) for course in self.groups or (self.mean,)]))
 
     def error(self, read: Read) -> float:
-        """The standard error of a number by so few courses; 0 where nothing fluctuates."""
+        """The standard error of a number by so few courses; 0 if nothing fluctuates."""
         return (
             mean_and_error(np.array([read(course) for course in self.groups]))[1]
             if self.groups

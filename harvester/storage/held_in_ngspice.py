@@ -1,8 +1,8 @@
-"""What a rectifier's mean current differs by from ngspice's while the store is held, where a netlist is a user's own.
+"""What a rectifier's mean current differs by from ngspice's while the store is held, if a netlist is a user's own.
 
-At two voltages on the way to the working voltage the compiled rectifier and ngspice's go on from
+At two voltages on the way to the working voltage the compiled rectifier and ngspice's continue from
 one state of mass and circuit, with the same shaking.  Their stores, which are so large that they
-are held, gain charges that differ by a part.  Each has its own motion; where noise throws the mass
+are held, gain charges that differ by a part.  Each has its own motion; if noise throws the mass
 at a stop, paths part at impacts, and both move as the compiled rectifier lets the mass move (as
 `harvester.cosimulation.same_motion`).
 
@@ -60,9 +60,9 @@ def error_of_circuit(
 ) -> tuple[float, str]:
     """By what part a mean current may differ from ngspice's at 95 %, and what of that is not known ("": all is).
 
-    ``volts`` is the working voltage of the store.  Of this package's netlists it is `JUDGE`, and no less of a user's
-    own, whose difference is measured; that is not known where ngspice is missing, gives no answer, or takes longer than
-    `PATIENCE`.  Of a record a ``piece`` is run.
+    ``volts`` is the working voltage of the store.  For this package's netlists it is `JUDGE`, and
+    no less of a user's own, whose difference is measured; that is not known if ngspice is missing,
+    gives no answer, or needs longer than `PATIENCE`.  For a record a ``piece`` is run.
     """
     assert problem.circuit is not None, "what has a rectifier is a circuit"
     if problem.circuit.topology is not None:
@@ -74,7 +74,7 @@ def error_of_circuit(
 def current_difference(
     problem: Problem, volts: float, seed: int = 0, piece: Piece | None = None
 ) -> float | None:
-    """The largest relative difference from ngspice at the two voltages, at 95 %; None where it is not known."""
+    """The largest relative difference from ngspice at the two voltages, at 95 %; None if it is not known."""
     from harvester.cosimulation.runs import CoupledDevice
     from harvester.cosimulation.worker_pool import map_in_workers
 
@@ -155,8 +155,8 @@ def _gains(
     before = circuit.trace(eqs, noise[:first], h, 1, (eqs.resting_places[0], 0.0), state, early)
     state = before.state
     state[at] = held
-    x, voltage = (float(column) for column in before.samples[-1, :2])
-    start = x, before.speed, voltage, volts / device.scales.volts, state
+    x, v, voltage = map(float, before.last)
+    start = x, v, voltage, volts / device.scales.volts, state
     path = circuit.trace(eqs, noise[first:], h, 1, start[:2], state, late)
     for shunt in SHUNTS:
         drive = new_drive(device, noise[first:], 0.0, late, start)
@@ -177,11 +177,11 @@ def _gains(
 
 
 def _whole(duration: float, h: float, repeat: float | None) -> int:
-    """Steps of h in a nondimensional duration, of whole periods where shaking has one."""
+    """Steps of h in a nondimensional duration, of whole periods if shaking has one."""
     each = 1 if repeat is None else round(repeat / h)
     return max(math.ceil(duration / (each * h)), 1) * each
 
 
 def held_load(load: LoadCircuit, farads: float) -> LoadCircuit:
-    """The netlist with a store of so many farads and no load; of a chip the rectifier alone."""
+    """The netlist with a store of so many farads and no load; for a chip the rectifier alone."""
     return with_parts(load, tuple(held_rectifier(load, farads)))

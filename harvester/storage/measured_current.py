@@ -3,7 +3,7 @@
 Under a harmonic drive one run of the compiled circuit does, whole periods long; noise asks for
 many, of the circuit of ideal elements where the netlist is one, which is far cheaper.
 
-`measured` gives it for a scene: under a drive with the error of its step, under noise with that of
+`measured` gives it for a scene: under a drive with the time-step error, under noise with that of
 sampling.
 """
 
@@ -37,7 +37,8 @@ from harvester.storage.rectifier_cut import (
 from harvester.uncertainty.value import mean_and_error
 
 VOLTAGES = 12
-RUNS = 512  # under noise, at each voltage
+# under noise, at each voltage; a run of a netlist's own elements costs ten to a hundred times more
+RUNS, OF_ELEMENTS = 512, 64
 JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
 # of the largest current: more at the last voltage goes on beyond it, as that of a doubler
 CUT_OFF = 0.01
@@ -47,6 +48,7 @@ FADED = 6.0
 STEPPED = 3.0  # so many, under noise
 MEASURED = 4.0  # under noise, at each voltage; under a drive 1
 BEYOND_DRIVE, BEYOND_NOISE = 1.7, 4.0  # over the rms of the open piezo's voltage
+LEAST_LEAK = 1e-12  # nondimensional conductance beside a held store that has none
 Elements = IdealCircuit | CompiledCircuit  # of a rectifier
 SHORTEST, LONGEST = 60.0, 4e3  # nondimensional: the first transients
 
@@ -61,7 +63,7 @@ class Rectifier:
     """The rectifier of a problem's circuit, with a store of any ``farads`` behind it and nothing else.
 
     ``ideal`` is the circuit of ideal elements where the netlist is one, a hundredth as dear; None
-    where it is not.
+    if it is not.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -81,14 +83,18 @@ class Rectifier:
             is_plain_store(self.load)
             and (known := ideal_circuit(self.load, self.scales)) is not None
         ):
-            return known
+            return known._replace(mu=0.0)
         cut = cut_behind_rectifier(self.load)
         if cut is None or not cut.like[0] > 0.0:
             return None
-        if is_plain_store(self.load) and cut.has_more:
-            # the rest stays with the store when that is held, and no ideal bridge has it
+        bridge = ideal_bridge(*cut.like, self.scales)
+        if not is_plain_store(self.load):
+            return bridge._replace(mu=0.0)
+        # What is beside the store and the load stays there while the store is held.
+        leak = cut.leak
+        if leak is None:
             return None
-        return ideal_bridge(*cut.like, self.scales)
+        return bridge._replace(mu=leak / (self.scales.capacitance * self.scales.frequency))
 
     def compiled(self, farads: float) -> CompiledCircuit:
         """That of the netlist's own elements; raises as `CompiledCircuit`."""
@@ -98,7 +104,8 @@ class Rectifier:
         """The cheaper one."""
         if self.ideal is None:
             return self.compiled(farads)
-        return self.ideal._replace(kappa=farads / self.scales.capacitance, mu=1e-12)
+        kappa = farads / self.scales.capacitance
+        return self.ideal._replace(kappa=kappa, mu=max(self.ideal.mu, LEAST_LEAK))
 
 
 def store_row(circuit: Elements, farads: float, scales: Scales) -> tuple[int, float]:
@@ -125,13 +132,11 @@ class HeldPath:
             whole_steps(h, self.eqs.shaking_period),
             HELD * self.scales.capacitance,
         )
-        self.at, self.state, self.steps, self.peak = (
-            self.circuit.charge_at(STORE),
-            self.circuit.rest,
-            0,
-            0.0,
-        )
-        self._start = self.eqs.resting_places[0], 0.0
+        self.at = self.circuit.charge_at(STORE)
+        self.state = self.circuit.rest
+        self.steps = 0
+        self.peak = 0.0
+        self._start: Floats = np.array([self.eqs.resting_places[0], 0.0])
 
     def go_on(self, noise: Floats, shaking: Floats | None, stride: int) -> CircuitPath:
         """Go on for as many steps as there are variates of ``noise``, as of `CompiledCircuit.trace`."""
@@ -139,7 +144,7 @@ class HeldPath:
         path = self.circuit.trace(
             self.eqs, noise, self.h, stride, self._start, self.state, shaking, kicked
         )
-        self._start = (float(path.samples[-1, 0]), path.speed)
+        self._start = path.last[:-1]
         self.state = path.state
         self.steps += path.steps
         self.peak = max(self.peak, float(np.abs(path.samples[:, 0]).max()))
@@ -179,7 +184,7 @@ class HeldRuns:
     def advance(
         self, volts: Floats | float | None, duration: float
     ) -> tuple[Floats, Floats, float]:
-        """Go on: charges (C) of the runs, as `HeldPath.advance`; the store has what it had where ``volts`` is None.
+        """Go on: charges (C) of the runs, as `HeldPath.advance`; the store has what it had if ``volts`` is None.
 
         Voltages of its own for each run have the shape (blocks, BATCH).
         """
@@ -273,7 +278,7 @@ def _over_runs(values: Floats, together: int) -> tuple[float, float]:
 
 
 class Currents(NamedTuple):
-    """I(V), the same of the scene's step where its own error is known, and how many steps they took.
+    """I(V), the same of the scene's step if its own error is known, and how many steps they took.
 
     ``displacement`` is the largest (m) on the way up under a drive; None under noise.
     """
@@ -290,14 +295,15 @@ def measured(
     h: float | None = None,
     seed: int = 0,
     count: int = VOLTAGES,
-    runs: int = RUNS,
+    runs: int | None = None,
     power: float = 1.0,
 ) -> Currents:
     """I(V) of a problem's rectifier with a held store, at ``count`` voltages from 0 to ``top`` or the open circuit's.
 
     They are closer to each other at the bottom with a ``power`` above 1.  Under a drive it is
     extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of ideal elements where
-    there is one, and of the scene's step alone, by so many ``runs``.
+    there is one, and of the scene's step alone, by so many ``runs``: `RUNS` of ideal elements, and `OF_ELEMENTS` of
+    the netlist's own.
     """
     rectifier = Rectifier(problem)
     eqs = problem.equations
@@ -308,7 +314,7 @@ def measured(
     )
 
     def wider(currents: Currents) -> Currents:
-        """The same, or up to twice the voltage where the open circuit's is one that still gets a current."""
+        """The same, or up to twice the voltage if the open circuit's is one that still gets a current."""
         last = float(currents.best.current[-1])
         ends = top is not None or last < CUT_OFF * float(currents.best.current.max())
         return (
@@ -319,6 +325,8 @@ def measured(
 
     if not eqs.is_steady:
         circuit = rectifier.fast(rectifier.held)
+        if runs is None:
+            runs = RUNS if rectifier.ideal else OF_ELEMENTS
         many = Trajectories(eqs, runs, np.random.SeedSequence([seed, 11]), h, circuit=circuit)
         table = measured_current(HeldRuns(many, circuit, rectifier.held, scales), eqs, volts)
         return wider(Currents(table, table, many.steps))

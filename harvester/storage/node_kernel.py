@@ -165,12 +165,14 @@ def _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hour
 def follow_node(currents, durations, stops, levels, branches, tries, v, seconds, counts, course):
     """Fill the counts and the ``course`` of a node from the voltage v on: times, voltages, and packets of each hour.
 
-    ``currents`` are charging, shape (windows, points), drawn, shape (states, points), and that of the waiting node, in
-    A at even voltages up to the top; ``levels`` are the wake voltage, the top, the capacitance, the length of a window,
-    0 for one that lasts, the voltage of a battery, 0 without one, the voltages at which the flag of low energy comes
-    and goes, and how long sleep is with it.  ``branches`` are conductances, capacitances and voltages of what is in
-    parallel with the store, shape (3, n).  The last of the states, which last ``durations`` and end at the voltages
-    ``stops``, is sleep.  A packet takes as many ``tries`` as these say in turn, and is lost where one is negative.
+    ``currents`` are charging, shape (windows, points), drawn, shape (states, points), and that of
+    the waiting node, in A at even voltages up to the top; ``levels`` are the wake voltage, the top,
+    the capacitance, the length of a window, 0 for one that lasts, the voltage of a battery, 0
+    without one, the voltages at which the flag of low energy comes and goes, and how long sleep is
+    with it.  ``branches`` are conductances, capacitances and voltages of what is in parallel with
+    the store, shape (3, n).  The last of the states, which last ``durations`` and end at the
+    voltages ``stops``, is sleep.  A packet takes as many ``tries`` as these say in turn, and is
+    lost if one is negative.
     """
     (charging, drawn, waiting), (t, volts, hours) = currents, course
     store = (charging, levels, branches)

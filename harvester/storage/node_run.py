@@ -2,11 +2,12 @@
 
     C dV/dt = I(V, t) - V/R_leak - i_s(V),     i_s = I_s, or I_s V_supply/(efficiency V) behind a regulator
 
-In each state s this is one equation of V alone, which Runge and Kutta's method of fourth order follows; where V passes
-a threshold the state ends.  The node sees V - ESR i_s.  Charge that moves into the pores of a supercapacitor is that of
-a line of resistance and capacitance, closed at its end, beside C (`branches_of`).  A battery keeps its voltage; what
-changes is the share of its charge, here that share of the voltage.  What would charge the store above the clamp is
-lost.  I(V, t) is one function of V, or one in each window of a record that repeats itself
+In each state s this is one equation of V alone, which Runge and Kutta's method of fourth order
+follows; if V passes a threshold the state ends.  The node sees V - ESR i_s.  Charge that moves into
+the pores of a supercapacitor is that of a line of resistance and capacitance, closed at its end,
+next to C (`branches_of`).  A battery keeps its voltage; what changes is the share of its charge,
+here that share of the voltage.  What would charge the store above the clamp is lost.  I(V, t) is
+one function of V, or one in each window of a record that repeats itself
 (`harvester.storage.recorded_current`), or what a chip makes of either (`harvester.storage.supply`).
 """
 
@@ -48,10 +49,11 @@ DRAWN = 65_536  # packets of which the tries are drawn, and repeated
 class NodeCourse:
     """What happened: seconds that it ran, packets that arrived and that were lost, the time of the first, V over time.
 
-    ``given`` and ``clamped`` are the energies (J) that came from the rectifier and that the clamp took.  Points of the
-    course are up to where it repeats itself.  ``hours`` has the packets of each hour, evenly from there on.
-    ``intervals`` are the mean times (s) between packets in bins, and how many there were, shape (2, n), ascending;
-    ``last`` is the time of the last packet.  Of the mean of several courses numbers are no whole ones.
+    ``given`` and ``clamped`` are the energies (J) that came from the rectifier and that the clamp
+    took.  Points of the course are up to where it repeats itself.  ``hours`` has the packets of
+    each hour, evenly from there on. ``intervals`` are the mean times (s) between packets in bins,
+    and how many there were, shape (2, n), ascending; ``last`` is the time of the last packet.  Of
+    the mean of several courses numbers are not whole ones.
     """
 
     ran: float = 0.0
@@ -69,7 +71,7 @@ class NodeCourse:
     intervals: Floats = field(default_factory=lambda: np.empty((2, 0)))
 
     def interval(self, share: float) -> float:
-        """The time (s) between packets that a ``share`` of all such times is not above; inf where there is none."""
+        """The time (s) between packets that a ``share`` of all is not above; inf without one."""
         times, numbers = self.intervals
         if not len(times):
             return math.inf
@@ -106,8 +108,9 @@ def _top_of(current: AnyCurrent, storage: Storage, chip: Chip | None) -> float:
 def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | None) -> float:
     """How much later (s) a store wakes the node than I(V) alone tells: the mass rings up from rest, the current lags.
 
-    Of a chip that holds its input this is the ring-up into an empty store, and half of its first look: what the input's
-    capacitor gains in a look it gives back, so that the whole is the most.  A record rings its mass up itself.
+    For a chip that holds its input this is the ring-up into an empty store, and half of its first
+    look: what the input's capacitor gains in a look it gives back, so that the whole is the most.
+    A record rings its mass up itself.
     """
     first = storage.initial_voltage or 0.0
     wake = node.wake_voltage
@@ -250,7 +253,7 @@ class NodeRun:
         )
 
     def _tries(self) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":
-        """How often each packet is sent, negative where it is lost; drawn anew for none, so that nodes compare."""
+        """How often each packet is sent, negative if it is lost; drawn anew for none, so that nodes compare."""
         node = self.node
         if not node.lost_share:
             return np.ones(1, np.int64)

@@ -1,15 +1,15 @@
 """The mean power of a chip's load under noise: from the rectifier's mean current, and from how that fluctuates.
 
-The current is measured behind ideal diodes where those of the rectifier are alike, up to where the
+The current is measured behind ideal diodes if those of the rectifier are alike, up to where the
 slow circuit goes. That runs until its mean power changes no more, and again in `PAIRS` of runs
 whose current fluctuates, the second as the mirror image of the first, with the measured spectral
 density and the correlation time of the mass's energy.  What they differ by from the run without is
 added, and counts as an error.
 
-The time scales are taken apart as far as a direct run agrees: mass and circuit together go on for
-`DIRECT` time constants of the mass from where the fluctuating runs end, as the slow circuit does.
-What load and store gain differs by a part, which corrects the current (two levels); its size and
-its sampling are errors of the current.  Runs with a held store on the same noise, whose mean is
+The time scales are taken apart as far as a direct run agrees: mass and circuit together continue
+for `DIRECT` time constants of the mass from where the fluctuating runs end, as the slow circuit
+does. What load and store gain differs by a part, which corrects the current (two levels); its size
+and its sampling are errors of the current.  Runs with a held store on the same noise, whose mean is
 known from many more, take most of the sampling away.
 """
 
@@ -55,7 +55,7 @@ LEAST = 0.1
 def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
     """The stationary mean power of the load behind a cut, under noise; see `SlowPower`.
 
-    Where the time scales are not apart its ``scales_apart`` is False, and it has no direct run in
+    If the time scales are not apart its ``scales_apart`` is False, and it has no direct run in
     its place.
 
     Raises as `harvester.storage.steady_power.slow_power`.
@@ -152,7 +152,7 @@ def _gain(
 ) -> tuple[Value, int]:
     """By what part more load and store gain from mass and circuit together than from the slow circuit, and the steps.
 
-    Both go on for so many ``seconds`` from the ends of the ``paths``, with the mass at rest at
+    Both continue for so many ``seconds`` from the ends of the ``paths``, with the mass at rest at
     first.
     """
     assert problem.circuit is not None

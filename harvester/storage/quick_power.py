@@ -31,9 +31,10 @@ OFF = 0.06  # of the power: the whole error
 def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
     """Mean power (W), mean square of the piezo's voltage, and the path; soon.
 
-    The rectifier's current is measured at few voltages and at a step of twice the length, until it changes little; the
-    slow run is short where its parts agree, and its steps are coarse.  All that is off by less than `OFF`, as 47
-    designs with two chips were, by 4 % at most.  The current is kept for other circuits behind the same rectifier.
+    The rectifier's current is measured at few voltages and at a step of twice the length, until it
+    changes little; the slow run is short if its parts agree, and its steps are coarse.  All that is
+    off by less than `OFF`, as 47 designs with two chips were, by 4 % at most.  The current is kept
+    for other circuits behind the same rectifier.
 
     Raises as `harvester.storage.steady_power.slow_power`.
     """

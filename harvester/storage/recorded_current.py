@@ -188,7 +188,7 @@ class Recorded(NamedTuple):
 
     ``separation`` is by what part the charges differ that stores of their own capacitance gain,
     ``elements`` by what part they do behind the netlist's own elements, and those by ngspice's;
-    ``unknown`` says what of that is not known.
+    ``unknown`` states what of that is not known.
     """
 
     best: RecordedCurrent
@@ -207,10 +207,11 @@ def recorded(
 ) -> Recorded:
     """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
 
-    It is that of ideal elements where the netlist has such ones, which are judged by its own.  In the loudest windows a
-    store of ``farads`` (None: a held one) that is not held gains what it should, too, but for what taking the time
-    scales apart changes.  That of a user's own netlist is compared with ngspice, too, on the way to the ``working``
-    voltage (V) of the store; None: to half of the highest.
+    It is that of ideal elements where the netlist has such ones, which are judged by its own.  In
+    the loudest windows a store of ``farads`` (None: a held one) that is not held gains what it
+    should as well, but for what taking the time scales apart changes.  That of a user's own netlist
+    is compared with ngspice as well, on the way to the ``working`` voltage (V) of the store; None:
+    to half of the highest.
 
     Raises as `CompiledCircuit`.
     """
@@ -254,7 +255,8 @@ def _gained(
 ) -> tuple[Floats, int]:
     """The charges that stores at voltages (V), of a capacitance (F), gain in ``loud`` windows, and the steps.
 
-    The mass has forgotten its start by then.  Stores that are not slow beside the vibration are not held.
+    The mass has forgotten its start by then.  Stores that are not slow compared with the vibration
+    are not held.
     """
     early = _early(problem, grid)
     record = problem.equations.record
@@ -287,7 +289,7 @@ def _separation(
 ) -> tuple[float, int]:
     """By what part the charges differ that stores of their own capacitance gain, and the steps.
 
-    Each begins at one of the voltages in the lower half, and goes on for as long as all are below
+    Each begins at one of the voltages in the lower half, and continues for as long as all are below
     the highest.
     """
     volts = np.repeat(table.voltages[: VOLTAGES // 2], 2 * BATCH // VOLTAGES)

@@ -1,9 +1,11 @@
 """The mean current that a rectifier gives into a store at a voltage that is held, and how it follows that voltage.
 
-I(V)    mean current, with the errors of sampling and of the step
-S(V)    Var(charge)/time over a long time, the spectral density at frequency zero: the diffusion of V is S/(2 C^2)
+I(V)    mean current, with the sampling and time-step errors
+S(V)    Var(charge)/time over a long time, the spectral density at frequency zero: the diffusion
+        of V is S/(2 C^2)
 q0      the charge that is not given while the mass rings up from rest: integral of I(0) - i(t)
-tau(V)  how far the current lags behind V: q = integral of i(t) - I(V) after a step of V, over the step of I
+tau(V)  how far the current lags behind V: q = integral of i(t) - I(V) after a step of V, over
+        the step of I
 
 A store with a load across it, which this current charges, reaches a voltage by
 
@@ -33,7 +35,7 @@ LONGER = 3.0  # times the mean time, that random paths are followed
 class MeanCurrent:
     """A mean ``current`` (A), shape (..., n), at ascending ``voltages`` (V) from 0 on, shape (n,).
 
-    ``stderr`` is that of sampling; None where nothing is random.
+    ``stderr`` is that of sampling; None if nothing is random.
     """
 
     voltages: Floats
@@ -103,7 +105,7 @@ class RectifiedCurrent(MeanCurrent):
 
     @property
     def delay(self) -> float:
-        """The same of a current that follows the voltage with its lag; 0 where there is none."""
+        """The same of a current that follows the voltage with its lag; 0 without one."""
         return max(self.start - float(self.lag[0]), 0.0) if self.current[0] > 0.0 else 0.0
 
     def lagging(self, seconds: float) -> "RectifiedCurrent":

@@ -14,7 +14,8 @@ from harvester.circuits.stamps import diode_law
 from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.netlists.expression_tree import constant
-from harvester.netlists.load_circuit import LoadCircuit
+from harvester.netlists.load_circuit import LoadCircuit, effective_value
+from harvester.netlists.ltspice import inner_nodes
 from harvester.netlists.part import CircuitPart
 
 STORE, LOAD = "csmooth", "rload"
@@ -32,22 +33,29 @@ class Cut:
 
     @property
     def diode(self) -> tuple[float, float] | None:
-        """Saturation current (A) and emission coefficient of the rectifier's diodes; None where they are not alike."""
+        """Saturation current (A) and emission coefficient of the rectifier's diodes; None if they are not alike."""
         laws = {diode_law(part) for part in self.rectifier}
         return laws.pop() if len(laws) == 1 else None
 
     @property
     def like(self) -> tuple[float, float]:
-        """The same of diodes alike that stand for them all: the geometric mean of each."""
+        """The same of diodes alike that represent them all: the geometric mean of each."""
         saturation, emission = np.exp(
             np.log([diode_law(part) for part in self.rectifier]).mean(axis=0)
         )
         return float(saturation), float(emission)
 
     @property
-    def has_more(self) -> bool:
-        """Whether more than a store and a load is behind the rails."""
-        return {part.name for part in self.behind} != {STORE, LOAD}
+    def leak(self) -> float | None:
+        """Conductance (S) of resistors beside store and load; None if anything else is there."""
+        more = [part for part in self.behind if part.name not in (STORE, LOAD)]
+        across = set(self.rails)
+        ohms = [effective_value(part) for part in more if part.kind == "r"]
+        if len(ohms) < len(more) or any(set(part.nodes) != across for part in more):
+            return None
+        if not all(ohm is not None and ohm > 0.0 for ohm in ohms):
+            return None
+        return sum(1.0 / ohm for ohm in ohms if ohm)
 
     def held(self, farads: float) -> list[CircuitPart]:
         """The rectifier with a capacitance between its rails that hardly changes its voltage."""
@@ -64,7 +72,7 @@ class Cut:
 
 
 def cut_behind_rectifier(load: LoadCircuit) -> Cut | None:
-    """The circuit cut behind its rectifier; None where what touches the electrodes is no bridge of diodes."""
+    """The circuit cut behind its rectifier; None if what touches the electrodes is no bridge of diodes."""
     parts = load.parts
     rectifier = tuple(part for part in parts if ELECTRODES & set(part.nodes))
     behind = tuple(part for part in parts if part not in rectifier)
@@ -108,6 +116,15 @@ def is_plain_store(load: LoadCircuit) -> bool:
     """Whether the load resistor is across the store: then the store's voltage alone is slow."""
     nodes = {part.name: set(part.nodes) for part in load.parts if part.name in (STORE, LOAD)}
     return len(nodes) == 2 and nodes[STORE] == nodes[LOAD]
+
+
+def is_lossy_store(load: LoadCircuit) -> bool:
+    """Whether the store is across the load but for the parts of its keys Rser and Lser."""
+    outer = inner_nodes(load.parts)
+    store = {outer.get(node, node) for node in load.smoothing_nodes}
+    return bool(outer) and any(
+        part.name == LOAD and set(part.nodes) == store for part in load.parts
+    )
 
 
 def plain_bridge(load: LoadCircuit, scales: Scales) -> IdealCircuit | None:

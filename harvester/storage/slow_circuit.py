@@ -3,11 +3,11 @@
     tau i' = I(u) - i + sqrt(S(u)) xi        u: the voltage between the rectifier's rails
 
 The current follows I(u) with the lag that was measured, from 0 at rest; under noise it may
-fluctuate, with the spectral density that was measured at frequency zero (xi: white noise of density
-1).  Steps are those of the slow circuit, many vibrations of the fast one may pass in each; within a
-step the circuit chooses its own.
+fluctuate, with the spectral density that was measured at frequency zero (xi: white noise with unit
+density).  Steps are those of the slow circuit, many vibrations of the fast one may pass in each;
+within a step the circuit chooses its own.
 
-How far apart the time scales are `direct_check` tells: mass and circuit together from rest, beside
+How far apart the time scales are `direct_check` tells: mass and circuit together from rest, next to
 the slow store; under noise `noise_check` does, by many runs.
 """
 
@@ -89,7 +89,7 @@ class SlowCircuit:
         The current fluctuates by normal ``variates``, one a step; None: it does not.  The circuit begins in the state
         ``start``; None: empty.
 
-        Raises CircuitError where too many of the circuit's steps fail.
+        Raises CircuitError if too many of the circuit's steps fail.
         """
         rows = math.ceil(duration / (seconds * stride) - 1e-9)
         top = float(current.voltages[-1])
@@ -117,7 +117,7 @@ class SlowCircuit:
 
 
 class DirectCheck(NamedTuple):
-    """What mass and circuit together take longer (s) than the slow store, by the end and half-way, in ``seconds``."""
+    """What mass and circuit together need longer (s) than the slow store, by the end and half-way, in ``seconds``."""
 
     late: float
     early: float

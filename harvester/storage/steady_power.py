@@ -4,7 +4,7 @@ The slow circuit runs from empty until its mean power changes no more.  Its erro
 the rectifier's current at twice the step and at half of the voltages, by slow steps of twice the
 length and a larger tolerance, and by a direct run of mass and circuit from rest, on the same
 shaking, of `DIRECT` time constants of the mass.  What that differs by is added to the mean (two
-levels), and is the error of the separation of time scales.  Where it differs by more than
+levels), and is the error of the separation of time scales.  If it differs by more than
 `LARGEST_SEPARATION` a longer direct run takes the slow one's place.  What compiled circuits differ
 by from ngspice (`error_of_circuit`) is taken of the rectifier's current, for what the slow circuit
 makes of it, and of the power again.
@@ -64,7 +64,7 @@ class SlowPower:
 def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     """The stationary mean power of the load behind a cut, under a harmonic drive.
 
-    Raises as `harvester.circuits.compiled_circuit.CompiledCircuit`, UnboundedResponseError where
+    Raises as `harvester.circuits.compiled_circuit.CompiledCircuit`, UnboundedResponseError if
     the motion grows.
     """
     assert problem.circuit is not None
@@ -233,7 +233,7 @@ def _of_direct(direct: _Direct, coarse: _Direct, name: str, judge: float) -> Val
 def _off(direct: _Direct, slow: SlowPath, mean: float, name: str) -> float:
     """What a direct run differs by from the slow one in the mean rate of an integral.
 
-    Where nothing has reached the load by then, the difference is that of the energies in the store,
+    If nothing has reached the load by then, the difference is that of the energies in the store,
     as a part of the ``mean``.
     """
     part = direct.seconds / 4.0, direct.seconds

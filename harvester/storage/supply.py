@@ -1,9 +1,10 @@
 """What a rectifier's current supplies at a voltage, straight from its store or through a chip, and how soon.
 
-From the store    P = V I(V)
-chip, store at its input    P = eta max V (I(V) - I_own)    from the voltage at which its output ends to that at which
-                                                            it begins: the heaviest load that it
-                                                            always carries, where the store settles
+From the store              P = V I(V)
+chip, store at its input    P = eta max V (I(V) - I_own)    from the voltage at which its output
+                                                            ends to that at which it begins: the
+                                                            heaviest load that it always
+                                                            carries, where the store settles
 
 A heavier load is on in cycles and takes less.  The heaviest has eta (V_rise^2 - V_fall^2)/2 / int
 dV/(I(V) - I_low), the energy of a cycle over the time in which the store charges.
@@ -25,7 +26,7 @@ from scipy.integrate import cumulative_trapezoid
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, unknown
 from harvester.records.efficiency_table import read_efficiencies
-from harvester.scene.sensor_node import HarvestingChip
+from harvester.scene.sensor_node import HarvestingChip, check_store_at_input
 from harvester.storage.bought_parts import CHIPS, Chip
 from harvester.storage.recorded_current import AnyCurrent
 from harvester.storage.rectified_current import RectifiedCurrent, times_to
@@ -101,7 +102,7 @@ def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
     """The chip that a scene's table means, whose output has the ``supply`` voltage (V), with the table's own numbers.
 
     Raises InputError for a name that is not known, an output that the chip does not have,
-    thresholds that are no range then, and a table of efficiencies that cannot be read.
+    thresholds that are not range then, and a table of efficiencies that cannot be read.
     """
     if table.name is None:
         chip = Chip({}, ((1e-6, 1.0),), 0.0, math.inf, table.input_ratio)
@@ -109,6 +110,8 @@ def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
         raise unknown("chip.name", table.name, CHIPS)
     else:
         chip = CHIPS[table.name]
+    if chip.ratio is None and table.input_ratio is None:
+        check_store_at_input(table)
     full = table.full_voltage or chip.full
     rise, fall = _levels(table, chip, supply)
     if not rise > fall:

@@ -6,7 +6,7 @@ to.  The charge that the held input gains goes to the store, and what the look b
 voltage.  The same runs with an input that is always held where the mean current says are what is
 corrected (two levels).
 
-Of a long period the first `FADED` time constants of the mass are run, after which the look is
+For a long period the first `FADED` time constants of the mass are run, after which the look is
 forgotten; for the rest the input gains the mean current at its voltage.
 """
 
@@ -36,7 +36,7 @@ class TrackedInput(NamedTuple):
 
     ``error`` is of sampling; ``elements`` is what a step of twice the length and the netlist's own
     elements change. ``cold`` is the share of what comes to a cold input that comes at a power at
-    which the cold start goes on.
+    which the cold start continues.
     """
 
     gain: float
@@ -54,7 +54,7 @@ class TrackedInput(NamedTuple):
 def tracked_input(
     problem: Problem, table: RectifiedCurrent, chip: Chip, seed: int
 ) -> TrackedInput | None:
-    """The law of a chip beside the mean currents of a ``table``; None where these put nothing into the store."""
+    """The law of a chip next to the mean currents of a ``table``; None if these put nothing into the store."""
     opened = min(float(input_without_load(chip, table.voltages, table.current[None])[0]), chip.most)
     law = _Law(problem, table, chip, opened, seed)
     if law.held < chip.least or not float(table.at(np.array(law.held))) > 0.0:

@@ -41,10 +41,11 @@ def elasticities(
 ) -> tuple[Value, dict[str, tuple[float, Value]], list[str], float]:
     """The mean power, value and elasticity d ln P/d ln key of each key, the keys left out, and the seconds of these.
 
-    The power is in W (nondimensional scene: without unit); keys are left out where the budget ends.  An elasticity is
-    the difference of the logarithms of the power at 5 % more and less of the key, over that of the key, which is exact
-    for any power law.  A key that cannot be larger, such as a restitution of 1, is not varied.  All run on the same
-    noise, over the same time and at the same step.
+    The power is in W (nondimensional scene: without unit); keys are left out if the budget ends.
+    An elasticity is the difference of the logarithms of the power at 5 % more and less of the key,
+    over that of the key, which is exact for any power law.  A key that cannot be larger, such as a
+    restitution of 1, is not varied.  All run on the same noise, over the same time and at the same
+    step.
 
     Raises InputError and SimulationError as engine `compiled`.
     """

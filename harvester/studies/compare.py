@@ -83,8 +83,10 @@ class Comparison(TableResult):
     refused
         the other engines by name, with the reason.
     paths
-        paths of the voltage by three ways, where these have a meaning.
+        paths of the voltage by three ways, if these have a meaning.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
     >>> comparison = hv.compare(scene, trajectories=64, duration=20.0)
@@ -153,7 +155,7 @@ class Comparison(TableResult):
 
     @property
     def table(self) -> Table:
-        """A row for each engine: its power, how far that is from the reference's, and what it took."""
+        """A row for each engine: its power, how far that is from the reference's, and its cost."""
         ratios = [self.ratio(estimate) for estimate in self.estimates]
         columns = (
             Column("engine", [estimate.engine for estimate in self.estimates]),
@@ -190,7 +192,7 @@ def compare(
     execution: Execution = DEFAULT,
     **options: Unpack[EngineOptions],
 ) -> Comparison:
-    """Run every engine on a scene, and one path with and without its stop, where `Published` serves.
+    """Run every engine on a scene, and one path with and without its stop, if `Published` supports.
 
     Parameters
     ----------
@@ -204,8 +206,8 @@ def compare(
     options
         of the engines, as of `run`: ``within``, ``seed``, ``trajectories``, ...; each engine takes
         those that it has. A ``budget`` is for all together: each engine gets its share of what
-        those before it left, those that refused in the end, too, without compilation of those that
-        answered.
+        those before it left, those that refused in the end as well, without compilation of those
+        that answered.
 
     Returns
     -------
@@ -220,6 +222,8 @@ def compare(
     HarvesterError
         when no engine can handle the scene, the error of the last.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, D11=0.01))
     >>> comparison = hv.compare(scene, trajectories=64, duration=20.0)
@@ -286,7 +290,7 @@ def _has_paths(engines: Sequence[Engine], refused: dict[str, HarvesterError]) ->
 
 
 def _paths(problem: Problem, seed: int) -> list[PathComparison]:
-    """One path with the stop, where there is one, and one without."""
+    """One path with the stop, if there is one, and one without."""
     paths = []
     bare = Problem(problem.scene.without_stop())
     pairs = [("without the stop", bare)]
@@ -306,7 +310,7 @@ def one_path(
     from harvester.averaging.published.orbit import amplitude_through, decoupled, omega2
     from harvester.cosimulation import runs as worker
     from harvester.mechanics.kernels.noise import gaussian_grid
-    from harvester.mechanics.kernels.path import trace
+    from harvester.mechanics.trace import trace
 
     device = set_up(problem, Spice(seed=seed, dt=dt)).device
     eqs = device.eqs

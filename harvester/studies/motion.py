@@ -1,6 +1,6 @@
 """One path of a scene: displacement, velocity, voltage and any probe over time, to look at rather than to average.
 
-By the exact update of a load resistor (`harvester.mechanics.kernels.path`), or by ngspice in
+By the exact update of a load resistor (`harvester.mechanics.trace`), or by ngspice in
 lock-step.  A path has no sampling error, as it is not a mean; that of its step is of second order
 (with noise: for the path of these kicks).
 
@@ -28,7 +28,6 @@ from harvester.netlists.probes import Probe, read_probes
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
-from harvester.scene.plausibility import unusual_values
 from harvester.studies.motion_in_ngspice import Expected, path_in_ngspice
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.smaller_step import at_smaller_steps
@@ -71,8 +70,10 @@ class Motion(TableResult):
     probes, probe_units
         further quantities of the circuit by name, shape (n,), and their units.
     hides_noise
-        whether white noise goes beside the acceleration, which leaves it out.
+        whether white noise goes together with the acceleration, which leaves it out.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> path = hv.motion(scene, duration=50.0)
@@ -189,11 +190,13 @@ def motion(
     Raises
     ------
     InputError
-        for an engine without paths, a duration that is none or too long, a folder that cannot be
+        for an engine without paths, an invalid duration or too long, a folder that cannot be
         written, and what `Execution` has for other studies.
     CannotServeError
         for a netlist with engine "ensemble", and what the engine does not know.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, restitution=0.9, D11=0.01))
     >>> path = hv.motion(scene, duration=50.0, seed=1)
@@ -236,7 +239,7 @@ def motion(
         physical=problem.physical,
         engine=engine,
         diagnostics=(
-            *unusual_values(problem.scene),
+            *problem.value_warnings,
             *notes,
             *_not_drawn(problem.equations),
             note("one_path"),
@@ -281,13 +284,12 @@ def _computed(
     """The path of so long a nondimensional duration at a step h, its probes, and the steps between readings."""
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.noise import gaussian_grid
-    from harvester.mechanics.kernels.path import trace
-    from harvester.mechanics.modes.modal_path import trace_modes
+    from harvester.mechanics.trace import at_rest, trace
 
     sequence = np.random.SeedSequence([seed, 7])
     noise = gaussian_grid(sequence, math.ceil(duration / h))
     shaking = forcing(problem.equations, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
-    stride = max(1, round(0.05 / h))
+    stride = max(1, min(round(0.05 / h), math.ceil(duration / h) // 2))  # a short path is read too
     if ENGINES[engine].runs_ngspice:
         return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected, shunt), stride
     if ENGINES[engine].needs_netlist:
@@ -296,13 +298,13 @@ def _computed(
 
         assert problem.circuit is not None, "the engine serves netlists"
         circuit = compiled_circuit(problem.circuit, problem.scales)
-        start = (problem.equations.resting_places[0], 0.0)
+        start = at_rest(problem.equations)[:-1]
         path = circuit.trace(
             problem.equations, noise, h, stride, start, shaking=shaking, keep=bool(probes)
         )
         return path, probed(circuit, path, probes), stride
-    follow = trace if problem.equations.modes is None else trace_modes
-    return follow(problem.equations, noise, h, stride, shaking=shaking), np.empty((0, 0)), stride
+    plain = trace(problem.equations, noise, h, stride, shaking=shaking)
+    return plain, np.empty((0, 0)), stride
 
 
 def _stops(eqs: Equations) -> tuple[float, ...]:
@@ -313,7 +315,7 @@ def _stops(eqs: Equations) -> tuple[float, ...]:
 
 
 def _not_drawn(eqs: Equations) -> Iterator[Diagnostic]:
-    """A note where the mass has stops, but the displacement alone does not meet them."""
+    """A note if the mass has stops, but the displacement alone does not meet them."""
     if eqs.modes is not None and eqs.has_stop and not _stops(eqs):
         yield note("ball_not_drawn" if eqs.has_ball else "stop_not_drawn")
 

@@ -21,7 +21,7 @@ MOST_DECAY_RATIO = 0.3  # the slowest decay over that of the energy, above which
 
 
 def read_level(level: float | str, problem: Problem) -> float:
-    """The nondimensional level of a displacement; raises InputError for one that is none, or beyond both stops."""
+    """The nondimensional level of a displacement; raises InputError for an invalid one, or beyond both stops."""
     if isinstance(level, str) and not problem.physical:
         try:
             level = float(level)
@@ -102,7 +102,7 @@ def passage_time(problem: Problem, answer: Answer, level: float) -> Value:
 
 
 def spectrum_of(problem: Problem, answer: Answer, w: Floats) -> dict[str, Any]:
-    """Frequencies, the one-sided density of the voltage, and its relative error: one frequency on the finer mesh.
+    """Frequencies, the one-sided voltage density, and its relative error: one frequency on the finer mesh.
 
     In Hz and V^2/Hz, or over the angular frequency of a nondimensional scene.
     """

@@ -28,7 +28,6 @@ from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
-from harvester.scene.plausibility import unusual_values
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
 from harvester.storage.fluctuating_node import (
@@ -130,6 +129,8 @@ class NodeResult(TableResult):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.NodeResult.SHORT
     ('limit', 'packets_per_hour')
@@ -216,36 +217,36 @@ class NodeResult(TableResult):
 
 @names_arguments
 def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
-    """Share of the time that a scene's [node] runs on its [storage], packets an hour, the first one, and the limit.
+    """Simulate a sensor node powered by the harvester.
 
-    The load's netlist says how the piezo's voltage is rectified; [storage] represents its store, [node] for what comes
-    behind, [chip] for what is between.  The shaking goes on as it is for all ``days``, and a record is repeated; under
-    noise the current fluctuates as it was measured, and packets are those of the mean of many such nodes.
+    The rectifier of the load netlist charges [storage], optionally through [chip]; [node] draws
+    packets from it. A recording is repeated until ``days`` are over. Under noise the current
+    fluctuates as measured, and the answer is the mean of many such nodes.
 
     Parameters
     ----------
     scene
-        a `Scene` with the tables [storage] and [node], and [chip] if there is one, or the path of
-        its file.
+        Scene with the tables [storage] and [node], and optionally [chip], or the path of its file.
     days
-        how long the node is followed, from its beginning.
+        Simulated time in days.
     seed
-        the same seed, the same noise.
+        Random seed.
 
     Returns
     -------
     NodeResult
-        packets per hour, the share of the time that it runs, and what limits it.
+        Duty cycle, packets per hour, time of the first packet (s), and the limiting factor.
 
     Raises
     ------
     InputError
-        for a scene without [node], days out of range, and a chip that is not known or lacks what it
-        needs.
+        The scene has no [node], ``days`` is out of range, or a chip is unknown or incomplete.
     CannotServeError
-        for a netlist whose rectifier's current cannot be measured, and a drive or a record beside
-        noise.
+        The current of the rectifier cannot be measured, or noise is combined with a harmonic
+        excitation or a recording.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.node("examples/bimorph_packets.toml", days=0.05).limit
     'interval'
@@ -267,7 +268,8 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
     outcome = _outcome(problem, (storage, consumer, chip), days, seed)
     every = (
-        *unusual_values(problem.scene),
+        *problem.value_warnings,
+        *consumer.trace_notes,
         *outcome.result.diagnostics,
         *_remarks(problem, outcome, chip),
     )
@@ -354,7 +356,7 @@ def _remarks(problem: Problem, outcome: _Outcome, chip: Chip | None) -> list[Dia
 
 
 def _directly(problem: Problem, known: Known, parts: Parts, seconds: float) -> NodeCourse | None:
-    """The direct run where the store is not slow beside the vibration; None where it is, and where there is none."""
+    """The direct run if the store is not slow compared with the vibration; None if it is, and if absent."""
     from harvester.storage.direct_node import can_run, direct_course
 
     run = NodeRun(known.table, *parts)
@@ -387,8 +389,8 @@ def _fluctuations(
 class _Reading:
     """How numbers are read of courses: of the ``base``, with what each of the ``lives`` changes.
 
-    The first of these is that of another step, the last that of sampling.  ``both`` are a direct course and that of the
-    mean current that is as long.
+    The first of these is that of another step, the last that of sampling.  ``both`` are a direct
+    course and that of the mean current that is as long.
     """
 
     base: Lived
@@ -442,7 +444,7 @@ class _Reading:
         return self.known_value(lambda life: life.quantile(share), off, 0.0, self.base.error(read))
 
     def first(self, late: float) -> Value | None:
-        """The time of the first packet, which may be later or sooner; None where a course has none."""
+        """The time of the first packet, which may be later or sooner; None if a course has none."""
         if any(course.first is None for course in self.courses):
             return None
         return self.value(lambda course: course.first or 0.0, late)
@@ -458,8 +460,9 @@ def _live(
 ) -> NodeResult:
     """The result, with the errors that the current's own bring, and the chip's efficiency.
 
-    What a ``direct`` run differs by from the slow one of its time is added, and is an error, too: all that the slow one
-    leaves out.  Under ``noise`` all are of currents that fluctuate alike.
+    What a ``direct`` run differs by from the slow one of its time is added, and is an error as
+    well: all that the slow one leaves out.  Under ``noise`` all are of currents that fluctuate
+    alike.
     """
     seconds = days * DAY
     table = known.table
@@ -538,7 +541,7 @@ def _rate(course: NodeCourse) -> float:
 
 
 def _course(current: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations | None) -> Lived:
-    """What a node does with a current; also where that fluctuates."""
+    """What a node does with a current; also if that fluctuates."""
     run = NodeRun(current, *parts)
     if noise is None:
         return Lived(run.course(seconds))
@@ -568,7 +571,7 @@ def _variants(
 
 
 def _intervals(courses: list[NodeCourse], value: Callable[[float], Value]) -> dict[str, Any]:
-    """The times between packets; empty where any of the courses has none."""
+    """The times between packets; empty if any of the courses has none."""
     if any(len(course.intervals[0]) < 1 for course in courses):
         return {}
     return {
@@ -579,7 +582,7 @@ def _intervals(courses: list[NodeCourse], value: Callable[[float], Value]) -> di
 
 
 def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | None]:
-    """The fewest and the most packets of the whole hours from the first packet on; None each if there is no hour."""
+    """The fewest and the most packets of the whole hours from the first packet on; None each without an hour."""
     if course.first is None:
         return None, None
     whole = course.hours[math.ceil(course.first / HOUR) : math.floor(seconds / HOUR)]
@@ -589,7 +592,7 @@ def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | Non
 def _helps(
     table: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations | None
 ) -> dict[str, float]:
-    """The relative gain in packets of a change of each key that can be changed; empty where there are none to gain.
+    """The relative gain in packets of a change of each key that can be changed; empty if absent to gain.
 
     All are of the same shaking, so that what sampling does to them is alike.
     """
@@ -629,7 +632,7 @@ def _helps(
 
 
 def _limit(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagnostic]:
-    """What limits the node: a name, and the note that says it."""
+    """What limits the node: a name, and the note that states it."""
     charging = run.charging.mean(axis=0)
     k = (
         int(np.argmax(charging <= run.waiting))

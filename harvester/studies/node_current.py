@@ -92,7 +92,7 @@ def _of_alike_shaking(
 ) -> Known:
     """The same of shaking that always is alike: of a store of ``farads``, 0 for a battery, or a ``tracking`` chip's.
 
-    A battery holds its voltage as the measurement does; under noise a chip's law is run beside the
+    A battery holds its voltage as the measurement does; under noise a chip's law is run next to the
     mean currents.
     """
     from harvester.storage.slow_circuit import direct_check, noise_check

@@ -30,7 +30,7 @@ def provenance(scene: Scene | Problem, **extra: Any) -> dict[str, Any]:
 def provenance_with_engines(
     scene: Scene | Problem, engines: Sequence[Engine], **extra: Any
 ) -> dict[str, Any]:
-    """`provenance`, with the options of engines, and the version of ngspice where one of them runs it."""
+    """`provenance`, with the options of engines, and the version of ngspice if one of them runs it."""
     options = {
         e.NAME: {k: v for k, v in vars(e).items() if v is not None and k != "budget"}
         for e in engines

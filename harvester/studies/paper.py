@@ -1,6 +1,6 @@
 """The paper's figures 1 to 9: published theory, our averaging, Monte Carlo of the coupled equations, and the density.
 
-Where the text does not print a value, or has lost its sign, the one assumed stands in `ASSUMED` and
+If the text does not print a value, or has lost its sign, the one assumed stands in `ASSUMED` and
 in the title.
 
 Long because it names the curves of nine figures.

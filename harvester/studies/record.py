@@ -18,6 +18,7 @@ from harvester.uncertainty.value import Value, amount
 
 SEGMENTS = 16  # of Welch's mean, about
 G = 9.80665
+CENTRE = 1000.0  # Hz, of an octave
 
 
 @dataclass(frozen=True)
@@ -128,15 +129,19 @@ def record_spectra(
 
 
 def _bands(record: CleanRecord) -> tuple[Band, ...]:
-    """The rms in octaves about 1 Hz, of the lines of the whole record; chi-squared of two for each line."""
+    """The rms in octaves about 1 kHz up to half the rate, of the lines of the whole record.
+
+    A line is chi-squared of two; the octaves are those of IEC 61260, in base 2.
+    """
     n = len(record.values)
     f = np.fft.rfftfreq(n, 1.0 / record.rate)
     power = 2.0 * np.abs(np.fft.rfft(record.values)) ** 2 / n**2
     if n % 2 == 0:
         power[-1] *= 0.5
-    edges = 2.0 ** np.arange(math.floor(math.log2(f[1]) + 0.5) - 0.5, math.log2(f[-1]) + 1.0)
+    octaves = np.log2(f[[1, -1]] / CENTRE)
+    edges = CENTRE * 2.0 ** np.arange(math.floor(octaves[0] + 0.5) - 0.5, octaves[1] + 1.0)
     bands = []
-    for low, high in itertools.pairwise(edges):
+    for low, high in itertools.pairwise(np.minimum(edges, f[-1])):
         inside = power[(f > low) & (f <= high)]
         if len(inside) and inside.sum() > 0.0:
             rms = math.sqrt(float(inside.sum()))

@@ -1,6 +1,6 @@
 """How much the mean power changes with every key of the scene: elasticities, from the adjoint of the density.
 
-Of a netlist they come from its compiled circuit (`harvester.studies.circuit_sensitivity`).
+For a netlist they come from its compiled circuit (`harvester.studies.circuit_sensitivity`).
 """
 
 import time
@@ -26,8 +26,8 @@ DEFAULT_WITHIN = 1e-6  # the relative error of E[V^2] that is aimed at
 class Sensitivity(TableResult):
     """The mean power and its elasticity in each key of the scene: d ln P/d ln key, the largest first.
 
-    An elasticity of 2 states that one percent more of a key gives two percent more power.  What keys of 0 and keys that
-    are no quantity would do is not computed.
+    An elasticity of 2 states that one percent more of a key gives two percent more power.  What
+    keys of 0 and keys that are not quantity would do is not computed.
 
     Attributes
     ----------
@@ -46,6 +46,8 @@ class Sensitivity(TableResult):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> hv.sensitivity(scene, within=1e-3).table["key"][0]
@@ -96,8 +98,8 @@ def sensitivity(
         a `Scene` that engine `Density` supports, or `Compiled` if it has a netlist; or the path of
         a scene file.
     within
-        the relative error of the power that is aimed at, such as 0.01; None: 1e-6, of coloured noise 1e-3.  Not with a
-        netlist.
+        the relative power error that is aimed at, such as 0.01; None: 1e-6, of coloured noise 1e-3.
+        Not with a netlist.
     budget
         seconds of computing.  With a netlist, the keys that are left then are named in a warning.
     progress
@@ -113,8 +115,10 @@ def sensitivity(
     InputError
         for a scene that neither engine supports, or whose load takes no power.
     SimulationError
-        where the response grows without bound, or the density cannot be resolved.
+        if the response grows without bound, or the density cannot be resolved.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01, restitution=0.9))
     >>> result = hv.sensitivity(scene, within=1e-4)

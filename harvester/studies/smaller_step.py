@@ -1,4 +1,4 @@
-"""What to do where ngspice does not converge at a step that nobody chose: a smaller one, then a little capacitance."""
+"""What to do if ngspice does not converge at a step that nobody chose: a smaller one, then a little capacitance."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -22,7 +22,7 @@ def at_smaller_steps(
 
     Also the step that was taken, and what helped if that was not the first.
 
-    Raises ConvergenceError where ngspice converges at none of them, and what ``compute`` raises
+    Raises ConvergenceError if ngspice converges at none of them, and what ``compute`` raises
     otherwise.
     """
 

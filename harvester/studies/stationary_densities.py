@@ -52,14 +52,15 @@ class Densities(TableResult):
     displacement_mean, displacement_rms, velocity_rms, voltage_rms
         each a `Value` (m, m/s, V).
     impact_rate
-        a `Value`, impacts a second; None without a stop and where impacts accumulate.
+        a `Value`, impacts a second; None without a stop and if impacts accumulate.
     hop_rate
         a `Value`: hops a second from one well to the other, either way, without those that are
         taken back before mass and load have forgotten where they came from; None without two wells
         that are apart.
     level, first_passage_time
-        a displacement (m) or voltage (V), and the mean time (s), a `Value`, until it is first passed on either side;
-        that of a voltage is counted on a path.  None if no level was asked for.
+        a displacement (m) or voltage (V), and the mean time (s), a `Value`, until it is first
+        passed on either side; that of a voltage is counted on a path.  None if no level was asked
+        for.
     displacement, velocity, voltage
         places (m, m/s, V).
     displacement_density, velocity_density, voltage_density
@@ -76,12 +77,12 @@ class Densities(TableResult):
         the largest difference of a density over its peak, of the worst curve: by a coarser mesh,
         and of the voltage by half the terms of the series of Gram and Charlier that gives it.
     frequency, spectrum
-        frequencies (Hz; nondimensional scene: angular, in w0), and the one-sided density of the
-        voltage (V^2/Hz); None if none was asked for.
+        frequencies (Hz; nondimensional scene: angular, in w0), and the one-sided voltage density
+        (V^2/Hz); None if none was asked for.
     spectrum_error
         its relative change by a finer mesh, at the resonance.
     path
-        a path of the scene, whose histogram stands beside the densities in the picture.
+        a path of the scene, whose histogram stands next to the densities in the picture.
     seconds
         the time of computing, without compilation (s).
     physical
@@ -89,6 +90,8 @@ class Densities(TableResult):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> import numpy as np
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01, restitution=0.9))
@@ -191,7 +194,7 @@ def densities(
         at how many frequencies, from a fifth of the resonance to five times it, the voltage's
         density is computed.
     within
-        the relative error of the power that is aimed at, such as 0.001; None: 1e-4.
+        the relative power error that is aimed at, such as 0.001; None: 1e-4.
     seed
         of the path in the picture.
     progress
@@ -205,10 +208,12 @@ def densities(
     Raises
     ------
     InputError
-        for a scene that engine `Density` does not support, or a level that is none.
+        for a scene that engine `Density` does not support, or an invalid level.
     SimulationError
-        where the response grows without bound, or the density cannot be resolved.
+        if the response grows without bound, or the density cannot be resolved.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> wells = hv.Nondimensional(c1=-0.5, D11=0.025, linear=-1.0, alpha=1.0)
     >>> f"{hv.densities(hv.Scene(nondimensional=wells)).hop_rate.value:.3g}"

@@ -50,9 +50,10 @@ def controlled(
 ) -> Controlled:
     """The estimate of E[high] from pairs, shape (n,) each, n >= 8, and an independent ``mean`` of low.
 
-    Each half of the pairs takes the weight that the other half asks for (least squares), so that it is independent of
-    what it weighs: no bias.  ``controls`` of mean zero, shape (n, columns), are weighed beside low; ``together``
-    consecutive entries are of one trajectory (`harvester.uncertainty.controls`).
+    Each half of the pairs takes the weight that the other half asks for (least squares), so that it
+    is independent of what it weighs: no bias.  ``controls`` of mean zero, shape (n, columns), are
+    weighed next to low; ``together`` consecutive entries are of one trajectory
+    (`harvester.uncertainty.controls`).
     """
     off = (low - mean.value)[:, None]
     rest, weights = cross_fitted(
@@ -96,9 +97,10 @@ def explained_and_controlled(
 
         E[high] = E[high - explained - a low] + a E[low]
 
-    It is taken off as it stands: few entries cannot tell it from low, and would weigh both badly (of eight runs of a
-    bridge with a stop that doubles the variance).  It is weighed by the entries only where `WORTH` asks for it.  The
-    variance is stated 1 + `LUCK`/trajectories times as large as these show it.
+    It is taken off unchanged: few entries cannot tell it from low, and would weigh both badly
+    (of eight runs of a bridge with a stop that doubles the variance).  It is weighed by the entries
+    only if `WORTH` asks for it.  The variance is stated 1 + `LUCK`/trajectories times as large as
+    these show it.
     """
     fitted = controlled(high, low, mean, explained[:, None], together)
     whole = controlled(high - explained, low, mean, None, together)

@@ -44,7 +44,7 @@ def controlled_entries(values: Floats, controls: Floats | None, together: int = 
 def cross_fitted(values: Floats, controls: Floats, together: int = 1) -> tuple[Floats, Floats]:
     """``values`` less their weighted ``controls``, and the weights of both halves, shape (2, columns).
 
-    The first columns are fitted where the entries do not suffice for all of them; the others have a
+    The first columns are fitted if the entries do not suffice for all of them; the others have a
     weight of 0. The spread is that which the mean's error asks for: each half's mean has a part in
     the other's weights, so that degrees of freedom fall by the number of columns.
     """

@@ -2,16 +2,16 @@
 
     E_h = E_0 + c h^p   =>   E_h - E_0 = (E_2h - E_h)/(2^p - 1)
 
-with the order p = 2, or a lower one beside a stop (`harvester.equations.impact_order`).  There both
+with the order p = 2, or a lower one near a stop (`harvester.equations.impact_order`).  There both
 parts may be large and of opposite sign, so that a third step tells them apart:
 
     E_h = E_0 + c h^2 + d h^p,   u = 3 c h^2,   w = (2^p - 1) d h^p
     E_2h - E_h = u + w,   E_4h - E_2h = 4 u + 2^p w
 
 `step_bias` and `extrapolated` take the values at the steps h, 2 h and perhaps 4 h, each with one
-entry a trajectory, shape (n,), entry by entry on the same noise: where the paths of the steps stay
+entry a trajectory, shape (n,), entry by entry on the same noise: if the paths of the steps stay
 together, differences have a smaller error than the means; ``controls`` are those of all steps side
-by side and ``together`` is as of `controlled_entries`. Where the paths part, the moments of each
+by side and ``together`` is as of `controlled_entries`. If the paths part, the moments of each
 step are better controlled by themselves: few entries bear few columns. `limit` takes single numbers
 without noise.
 """
@@ -80,8 +80,9 @@ def _bias_weights(steps: int, order: float) -> Floats:
 def limit(values: Sequence[float]) -> tuple[float, float]:
     """What numbers at steps that are halved, the finest last, come to, and the error of that.
 
-    Where the last three fall as the order says, by about 4, it is E_0, whose error is what the finest step changed in
-    it.  Else it is the last one, whose error is the larger of its change and a quarter of the change before.
+    If the last three fall as the order says, by about 4, it is E_0, whose error is what the finest
+    step changed in it.  Else it is the last one, whose error is the larger of its change and a
+    quarter of the change before.
 
     >>> limit([17.0, 5.0, 2.0]), limit([1.0, 2.0, 1.0])
     ((1.0, 0.0), (1.0, 1.0))

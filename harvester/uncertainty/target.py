@@ -78,7 +78,7 @@ def best_factor(within: float, bias: float, bias_error: float, order: float = 2.
 
 
 def added_effort(now: float, needed: float) -> float:
-    """The effort to add to the present one, ``now``, where the variance asks for ``needed`` in all.
+    """The effort to add to the present one, ``now``, if the variance asks for ``needed`` in all.
 
     It is a tenth of the present effort at least, and `GROWTH` times that at most.
     """

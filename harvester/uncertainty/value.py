@@ -24,38 +24,40 @@ YEAR = 365.25 * 86400.0  # s
 @names_arguments
 @dataclass(frozen=True, repr=False)
 class Value:
-    """A number with its sampling errors, of the step and of the model.
+    """A number with its sampling errors, time step and model.
 
     Parameters
     ----------
     value
-        the number.
+        The number.
     stderr
-        the standard sampling error; None: the engine samples nothing.
+        Standard sampling error. None: the value was not sampled.
     bias
-        the estimated error of the finite step; of a closed form that of rounding; 0 beside a
-        model's of 0 if the errors of what a number was computed from change nothing of it, as of a
-        count.
+        Estimated time-discretisation error (rounding error for a closed form). 0 for a quantity
+        that no such error can change, for example a count.
     model
-        the estimated model error itself, 0 for a closed form.  None: no such error, or not known; the reason of
-        the answer names which.
+        Estimated model error; 0 for a closed form. None: not applicable or unknown; the reason of
+        the answer states which.
     dof
-        the degrees of freedom of ``stderr``; None: so many that they do not matter.
+        Degrees of freedom of ``stderr``. None: treated as infinite.
     unknown
-        names parts of the error that are not known, where others are.
+        Error contributions that could not be estimated; ``error95`` is then None.
     unit
-        of the number and of its errors; "" for a number without one.
+        Unit of the number and of its errors; "" for a number without one.
 
-    ``float(value)`` is the number alone, and ``f"{value:.3g}"`` formats it; ``f"{value}"`` has errors and unit.  ``<``
-    and ``>`` compare the numbers, also with a plain one, whatever their errors are; ``==`` compares all parts.
+    ``float(value)`` is the number alone, and ``f"{value:.3g}"`` formats it; ``f"{value}"`` has
+    errors and unit.  ``<`` and ``>`` compare the numbers, also with a plain one, without regard to
+    their errors; ``==`` compares all parts.
 
     Raises
     ------
     SimulationError
-        for a number or an error that is not finite.
+        The number or an error is not finite.
     InputError
-        where values of different units are ordered.
+        Values of different units are ordered.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> power = hv.Value(8.4e-6, stderr=1e-8, bias=2e-8, unit="W")
     >>> print(power)
@@ -130,7 +132,7 @@ class Value:
         return replace(self, unknown=" and ".join(part for part in (self.unknown, unknown) if part))
 
     def with_model(self, share: float) -> "Value":
-        """The value with one more error of its model, a share of it, which takes in the rounding of a closed form."""
+        """The value with one more model error, a share of it, which takes in the rounding of a closed form."""
         if not share:
             return self
         closed = self.stderr is None and self.model == 0.0
@@ -153,23 +155,23 @@ class Value:
 
     @property
     def normal_stderr(self) -> float:
-        """The standard error of many samples that would have the same 95 % interval of sampling."""
+        """The standard error of many samples that would have the same 95 % sampling interval."""
         return self.sampling95 / NORMAL_QUANTILE
 
     @property
     def systematic(self) -> float | None:
-        """The errors of step and model together; None where neither is known."""
+        """The step and model errors together; None if neither is known."""
         known = [error for error in (self.bias, self.model) if error is not None]
         return sum(known) if known else None
 
     @property
     def known_error95(self) -> float:
-        """The half-width of the 95 % sampling interval plus the errors of step and model, as far as they are known."""
+        """The half-width of the 95 % sampling interval plus the step and model errors, as far as they are known."""
         return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)
 
     @property
     def error95(self) -> float | None:
-        """`known_error95` where every part of the error is known; None where a part is not, or none is stated."""
+        """`known_error95` if every part of the error is known; None if a part is not, or none is stated."""
         stated = any(error is not None for error in (self.stderr, self.bias, self.model))
         return self.known_error95 if stated and not self.unknown else None
 
@@ -181,7 +183,8 @@ class Value:
         written, behind = self._writer(unit or self.unit)
         digits = 4
         if self.known_error95 > 0.0 and self.value != 0.0:
-            digits = max(2, 2 + math.ceil(math.log10(abs(self.value) / self.known_error95)))
+            # to the second digit of the total error
+            digits = max(2, 2 + _decade(self.value) - _decade(self.known_error95))
         # no device is known to more digits
         most = ROUNDED if self.stderr is None and self.model == 0.0 else 9
         text = written(self.value, min(digits, most))
@@ -246,7 +249,7 @@ class Value:
 
 
 def amount(number: float, unit: str) -> str:
-    """A number without an error with its unit: four digits, and a prefix where the unit takes one; "1" is no unit."""
+    """A number without an error with its unit: four digits, and a prefix if the unit takes one; "1" is no unit."""
     if unit == "kg":
         number = 1e3 * number
         unit = "g"
@@ -301,7 +304,7 @@ def bound95(change: float, stderr: float) -> float:
 def z_score(a: Value, b: Value) -> float | None:
     """The difference of two values over their half-widths of 95 % by 1.96; None if an error is not known.
 
-    The errors of step and model are in the half-widths: what they cover is no difference.
+    The step and model errors are in the half-widths: what they cover is no difference.
     """
     if a.error95 is None or b.error95 is None:
         return None
@@ -316,7 +319,7 @@ def two_digits(number: float, digits: int = 2) -> str:
 
 
 def clock(seconds: float) -> str:
-    """A time as people say it: 0.31 s, 12 s, 4 min 3 s, 2 h 5 min, 3.5 days, 20 years."""
+    """A time as people state it: 0.31 s, 12 s, 4 min 3 s, 2 h 5 min, 3.5 days, 20 years."""
     if seconds < 59.5:
         return f"{seconds:.2g} s"
     minutes, rest = divmod(round(seconds), 60)
@@ -326,6 +329,11 @@ def clock(seconds: float) -> str:
         return f"{seconds / 86400.0:.3g} days" if years < 2.0 else f"{two_digits(years, 3)} years"
     units = (("h", hours), ("min", minutes)) if hours else (("min", minutes), ("s", rest))
     return " ".join(f"{count} {unit}" for unit, count in units if count)
+
+
+def _decade(number: float) -> int:
+    """The exponent of the first digit."""
+    return math.floor(math.log10(abs(number)))
 
 
 def _times(value: float | None, factor: float) -> float | None:

@@ -20,11 +20,12 @@ from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.circuits.floating import SummedEquations
 from harvester.circuits.junctions import THERMAL, diode
 from harvester.equations.problem import Problem
+from harvester.errors import CircuitError
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
-from harvester.storage.measured_current import Rectifier
+from harvester.storage.measured_current import Rectifier, measured
 from tests.support.netlists import BRIDGE, compiled, written
 
 HERTZ = 46.0
@@ -73,7 +74,7 @@ def after_jumps(scene, circuit, volts, periods=3):
             eqs, np.zeros(n_steps), h, 1, start, state, forcing(eqs, h, n_steps), k > 0
         )
         state = path.state
-        start = (float(path.samples[-1, 0]), path.speed)
+        start = path.last[:2]
         failed.append(path.failed)
     return failed
 
@@ -256,12 +257,37 @@ def test_studies_refuse_steps_that_fail(tmp_path):
             ask()
 
 
-def test_what_lies_across_the_rails_is_part_of_the_held_circuit(tmp_path):
-    """No ideal bridge stands for a netlist with more behind it than its store and load."""
+def test_resistors_across_the_rails_are_part_of_the_held_circuit(tmp_path):
+    """The ideal bridge carries them; it stands for nothing else that is beside the store and the load.
+
+    The current into a store that is held is then smaller by V/R.
+    """
     plain = BARE.format(farads="1u", card="(Is=1n Rs=1)")
-    ideal = [
-        Rectifier(Problem.of(driven(tmp_path, body, psd="1e-5 g^2/Hz"))).ideal
-        for body in (plain, plain + "Rx a b 300k\n")
+    more = "", "Rx a b 300k\n", "Dx b a d\n"
+    problems = []
+    for k, one in enumerate(more):
+        (tmp_path / f"{k}").mkdir()
+        problems.append(Problem.of(driven(tmp_path / f"{k}", plain + one, psd="1e-5 g^2/Hz")))
+    without, leaky, other = (Rectifier(problem) for problem in problems)
+    assert without.ideal.mu == 0.0
+    scales = problems[1].scales
+    assert leaky.ideal.mu * scales.capacitance * scales.frequency == pytest.approx(1.0 / 300e3)
+    assert other.ideal is None
+    assert other.fast(1e-6).charge_at("csmooth") >= 0
+
+    free, loaded = (measured(problem, 1.0, count=3, runs=64).best for problem in problems[:2])
+    assert free.current - loaded.current == pytest.approx(free.voltages / 300e3, rel=1e-3, abs=1e-9)
+
+
+IMPOSED = "Vs a b 2.4\nRs a n 24k\nRload p n 100k\nRt b p 1k\n.model d D\n"
+
+
+def test_a_current_that_leaves_no_digits_to_the_others_is_no_answer(tmp_path):
+    """A source of 2.4 V across a diode alone drives 1e26 A; in the other direction the diode changes nothing."""
+    powers = [
+        hv.run(driven(tmp_path, body), "compiled").mean_power.value
+        for body in (IMPOSED, IMPOSED + "Dx b a d\n")
     ]
-    assert ideal[0] is not None
-    assert ideal[1] is None
+    assert powers[1] == pytest.approx(powers[0], rel=1e-6)
+    with pytest.raises(CircuitError, match="dx"):
+        hv.run(driven(tmp_path, IMPOSED + "Dx a b d\n"), "compiled")

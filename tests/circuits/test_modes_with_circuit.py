@@ -6,8 +6,10 @@ import pytest
 import harvester as hv
 from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.circuits.idealised import ideal_circuit
+from harvester.circuits.probed_path import powers_of_elements
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.trace import trace
 from tests.support.systems import BEAM, SECOND, THIRD
 
 STOP = hv.Stop(restitution=0.5, gap="0.05 mm")
@@ -81,3 +83,40 @@ def test_a_low_voltage_of_sece_is_told():
         "V rms, comparable" in str(one)
         for one in hv.run(loud, "ideal", trajectories=64, duration=0.2).warnings
     )
+
+
+def test_a_path_with_a_resistor_as_a_netlist():
+    """The path of three modes with a stop is that of the exact update, and Rload takes V^2/R."""
+    scene = BEAM.replace(mode=(SECOND, THIRD), stop=STOP)
+    netlist = Problem(
+        scene.replace(load=hv.Load(netlist="resistor", parameters={"R": scene.load.resistance}))
+    )
+    h = 0.005
+    noise = np.random.default_rng(4).standard_normal(8000)
+    exact = trace(Problem(scene).equations, noise, h, 4)
+    circuit = compiled_circuit(netlist.circuit, netlist.scales)
+    path = circuit.trace(netlist.equations, noise, h, 4, keep=True)
+    assert len(path.impacts) == len(exact.impacts) > 1
+    for name in ("samples", "coordinates"):
+        mine, theirs = getattr(path, name), getattr(exact, name)
+        assert np.abs(mine - theirs).max() < 0.01 * np.abs(theirs).max(), name
+    assert path.lost == pytest.approx(exact.lost, rel=0.01)
+    seconds = len(noise) * h / netlist.scales.frequency
+    given = powers_of_elements(circuit, path.states)["rload"]
+    assert given == pytest.approx((path.V * circuit.scales.volts) ** 2 / circuit.resistance)
+    taken = path.square[-1] / circuit.resistance / seconds
+    volts = exact.samples[:, [1, 4]] * netlist.scales.volts
+    assert taken == pytest.approx((volts**2).mean() / circuit.resistance, rel=0.02)
+
+
+def test_probes_of_two_modes():
+    """The probe of the load is the answer's power, and v(p) squared its mean square voltage, within their errors."""
+    scene = BEAM.replace(mode=(SECOND,), load=hv.Load(netlist="bridge"))
+    options = {"trajectories": 64, "duration": "0.2s", "dt": "0.1 ms"}
+    answer = hv.Compiled(probe=("p(load)", "v(p)"), ledger=True, **options).run(scene)
+    load, piezo = (answer.probes[name] for name in ("p(load)", "v(p)"))
+    power = answer.mean_power
+    assert abs(load.mean.value - power.value) < 4.0 * power.stderr + 0.03 * power.value
+    assert piezo.rms.value**2 == pytest.approx(answer.mean_square_voltage.value, rel=0.2)
+    diodes = [value for key, value in answer.details.items() if key.startswith("ledger_circuit_d")]
+    assert 0.0 < sum(value for value in diodes if np.isfinite(value)) < power.value

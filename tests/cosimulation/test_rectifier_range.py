@@ -14,7 +14,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
 from harvester.errors import CircuitError
 from harvester.mechanics.kernels.noise import gaussian_grid
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from tests.support.systems import changed

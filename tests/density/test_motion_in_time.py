@@ -18,7 +18,7 @@ from harvester.errors import CannotServeError, InputError, SimulationError
 from harvester.linear.level_crossings import peaks
 from harvester.linear.transfer import gains
 from harvester.mechanics.kernels.noise import gaussian_grid
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from harvester.studies.counted_path import counted_passage, longer_path, voltage_plane
 from tests.support.systems import PAPER, changed, linear, linear_v2, scene
 

@@ -18,14 +18,16 @@ def test_rare_hops_end_in_an_answer():
     assert power.model > 0.01 * power.value
     assert power.error95 == pytest.approx(power.sampling95 + power.bias + power.model)
     rare, missed = map(str, answer.warnings)
-    assert rare.startswith("hops between the wells at x = -1.051 and x = 0.9512 are rare: 0 in ")
+    assert rare.startswith(
+        "transitions between the wells at x = -1.051 and x = 0.9512 are rare: 0 in "
+    )
     assert (
-        "(Kramers' formula: about one in 4e+07/w0), so that a mean over the wells would take a burn-in of about "
+        "(Kramers' formula: about one in 4e+07/w0), so a mean over the wells would need a burn-in of about "
         in rare
     )
     assert (
         missed
-        == "`within` 1 % cannot be promised: the mean is known between those of the wells only"
+        == "`within` 1 % cannot be guaranteed: the mean is only known to lie between those of the wells"
     )
 
 

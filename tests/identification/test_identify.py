@@ -240,7 +240,7 @@ GOOD = "Frequency (Hz),Voltage (V/g)\n" + "".join(
         (
             "a,b\n1,2\n3,4\n",
             "",
-            "must hold frequency with |Z| and phase, R and X, or G and B; frequency with a voltage",
+            "must hold frequency with |Z| and phase, R and X, G and B, or a capacitance and D",
         ),
         (
             GOOD,

@@ -8,7 +8,7 @@ import pytest
 import harvester as hv
 from harvester.linear.level_crossings import GaussianPeaks, peaks
 from harvester.mechanics.kernels.noise import gaussian_grid
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from tests.support import systems
 
 EQS = systems.linear(0.5, 1.0, 0.1)

@@ -172,7 +172,12 @@ def test_supplies_are_ideal_sources(tmp_path):
             {},
             "line 2 must begin with a card or one of the elements",
         ),
-        (".save all", ".control\nshell touch x\n.endc", {}, "line 2 must have only the cards"),
+        (
+            ".save all",
+            ".control\nshell touch x\n.endc",
+            {},
+            "line 2 must have only cards of a circuit",
+        ),
         (
             ".save all",
             ".include /etc/hostname",
@@ -191,7 +196,7 @@ def test_supplies_are_ideal_sources(tmp_path):
             {},
             "a file with sections, but board.cir has none: .include it",
         ),
-        (".save all", ".lib typ", {}, "line 2 must name a file and a section of it"),
+        (".save all", ".lib typ", {}, "line 2 must include a file in the netlist's folder"),
         (
             ".save all",
             "E1 x 0 TABLE {v(/PZ_P)} (0,0) (1,1)",

@@ -1,4 +1,4 @@
-"""What the project needs: ranges in pyproject.toml, a tested version of each in lock.txt, one name on the index."""
+"""Requirements: ranges in pyproject.toml, a tested version in constraints.txt, one name on the index."""
 
 import re
 import tomllib
@@ -15,7 +15,7 @@ PROJECT = PYPROJECT["project"]
 NAME = PROJECT["name"]
 LOCK = [
     line
-    for line in (ROOT / "lock.txt").read_text().splitlines()
+    for line in (ROOT / "constraints.txt").read_text().splitlines()
     if line and not line.startswith("#")
 ]
 
@@ -72,12 +72,14 @@ def test_each_dependency_has_its_reason():
 
 def test_setup_takes_the_tested_versions():
     """`make setup` and `make bench` install under the lock file; both and pyproject.toml make the environment anew."""
-    assert "--constraint lock.txt" in (ROOT / "setup.sh").read_text()
+    assert "--constraint constraints.txt" in (ROOT / "tools/setup.sh").read_text()
     makefile = (ROOT / "Makefile").read_text()
     assert re.search(
-        r"^\.venv/\.complete: pyproject\.toml setup\.sh lock\.txt$", makefile, re.MULTILINE
+        r"^\.venv/\.complete: pyproject\.toml tools/setup\.sh constraints\.txt$",
+        makefile,
+        re.MULTILINE,
     )
-    assert "--constraint lock.txt --editable '.[bench]'" in makefile
+    assert "--constraint constraints.txt --editable '.[bench]'" in makefile
 
 
 def test_one_name_on_the_index():

@@ -245,7 +245,7 @@ def test_targets():
         assert tool in pages.made(["check"])
     assert "lint-imports" in pages.made(["check"])
     assert "sphinx" in pages.made(["docs"])
-    assert "sh setup.sh" in pages.made(["-B", "setup"])
+    assert "sh tools/setup.sh" in pages.made(["-B", "setup"])
 
 
 def test_a_page_that_lies_is_found(tmp_path, monkeypatch):

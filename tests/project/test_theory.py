@@ -27,7 +27,7 @@ from harvester.equations.scales import scales
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from harvester.records.records import Record
 from tests.support.pages import theory_pages
 from tests.support.paper import simple_exponent

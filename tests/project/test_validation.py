@@ -19,6 +19,7 @@ published, predictions, missed, viaduct = map(
 
 PAGE = (ROOT / "docs" / "formulas.md").read_text()
 PREDICTED = (ROOT / "docs" / "validation.md").read_text()
+MISSED = (ROOT / "docs" / "misses.md").read_text()
 README = (ROOT / "README.md").read_text()
 NUMBER = r"([-+.\d]+)[^|]*"
 
@@ -69,7 +70,8 @@ def test_the_page_has_what_the_command_prints():
     generated = PREDICTED.partition(predictions.BEGIN)[2].partition(predictions.END)[0]
     assert generated.strip().splitlines() == predictions.block()
     found = predictions.measured()
-    assert set(found) == {(one.device, one.what) for one in predictions.kept()}
+    asked = {(device, what) for device, what in found if device in predictions.DEVICES}
+    assert asked == {(one.device, one.what) for one in predictions.kept()}
     for one in predictions.kept():
         real = found[one.device, one.what]
         assert bool(real.why) is not real.is_inside(one), one.what
@@ -120,7 +122,7 @@ def test_no_restitution_gives_the_voltage_that_was_measured():
     """The MEMS cantilever at 36 Hz: at each constant the voltage is 1.4 times what was measured, and as on the page."""
     scene = hv.load(published.SCENES / "liu_2011.toml")
     real = predictions.measured()["liu", "voltage at 36 Hz, 1 g"].value
-    on_the_page = re.search(r"36 Hz, 1 g, liu \| 124 mV \| (.+) \|", PREDICTED)[1].split(" | ")
+    on_the_page = re.search(r"36 Hz, 1 g, liu \| 124 mV \| (.+) \|", MISSED)[1].split(" | ")
     for restitution, there in zip(missed.CONSTANTS[:3:2], on_the_page[:3:2], strict=True):
         up = predictions.branches(
             scene.vary("stop.restitution", restitution), np.arange(32.0, 37.0, 1.0)

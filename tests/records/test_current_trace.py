@@ -54,3 +54,72 @@ def test_a_trace_outside_of_the_scene_s_folder_is_refused(tmp_path):
     scene = 'node = { wake_voltage = "4 V", stop_voltage = "2 V", interval = "1 s", trace = "../secret.csv" }'
     with pytest.raises(hv.InputError, match=r"node\.trace must be in the folder of the scene file"):
         hv.loads(scene, tmp_path)
+
+
+N = 400
+TIME = np.arange(N) * 1e-4
+CURRENT = np.where((TIME > 0.01) & (TIME < 0.02), 5e-3, 2e-6)
+CHARGE = CURRENT.sum() * 1e-4
+
+
+def lines(times, currents, form="{:.9e}", tail=""):
+    """Rows of a time and a current, both as they are given."""
+    return "".join(f"{t},{form.format(i)}{tail}\n" for t, i in zip(times, currents, strict=True))
+
+
+DAYTIMES = [f"01/23/2031,08:04:05,.{5000 + k:04d}00000" for k in range(N)]
+TRACES = {
+    "PPK2": "Timestamp(ms),Current(uA),D0-D7\n"
+    + lines(TIME * 1e3, CURRENT * 1e6, tail=",00000000"),
+    "Joulescope": "#time,current,voltage,power\n"
+    + "".join(f"{t:.4f},{i:.6e},3.3,{3.3 * i:.6e}\n" for t, i in zip(TIME, CURRENT, strict=True)),
+    "Otii": '"Timestamp","Main current (A)"\n' + lines(12.5 + TIME, CURRENT),
+    "Monsoon": "Time (s),Main Avg Current (mA)\n" + lines(TIME, CURRENT * 1e3),
+    "a meter": "Style,Standard\nCount,400\nIndex,Reading,Unit,Range Digits,Date,Time,Fractional Seconds\n"
+    + "".join(f"{k},{i:.6e},Amp DC,1,{DAYTIMES[k]}\n" for k, i in enumerate(CURRENT)),
+    "a meter in mA": "Value,Unit,Time (s)\n"
+    + "".join(f"{1e3 * i:.6e},mA,{t:.4f}\n" for t, i in zip(TIME, CURRENT, strict=True)),
+    "seconds without a unit": "time,current (A)\n" + lines(TIME, CURRENT),
+}
+
+
+@pytest.mark.parametrize("name", TRACES)
+def test_traces_of_profilers(tmp_path, name):
+    (tmp_path / "a.csv").write_text(TRACES[name])
+    states = np.array(read_trace(str(tmp_path / "a.csv")).states)
+    assert states[:, 1].sum() == pytest.approx(N * 1e-4, rel=1e-6)
+    assert states.prod(axis=1).sum() == pytest.approx(CHARGE, rel=1e-5)
+
+
+def test_samples_slightly_below_zero_become_zero(tmp_path):
+    """Three samples of -48 nA are taken as 0 and reported; a charge below 0 of more than 1 % is refused."""
+    current = np.where(np.arange(N) % 150 == 7, -48e-9, CURRENT)
+    (tmp_path / "a.csv").write_text("time (s),current (A)\n" + lines(TIME, current))
+    states, notes = read_trace(str(tmp_path / "a.csv"))
+    assert min(i for i, _ in states) >= 0.0
+    assert "3 samples of the trace are slightly below 0, -4.8e-08 A at least" in str(notes[0])
+
+
+def test_units_that_a_trace_leaves_open(tmp_path):
+    (tmp_path / "a.csv").write_text("time,current (mA)\n" + lines(np.arange(N), CURRENT))
+    with pytest.raises(hv.InputError, match=r"name it 'time \(ms\)' for 1000 Hz.*or 'time \(s\)'"):
+        read_trace(str(tmp_path / "a.csv"))
+    (tmp_path / "a.csv").write_text(
+        "time,current,voltage,power\n0,1,3,9\n0.001,1,3,9\n0.002,1,3,9\n"
+    )
+    with pytest.raises(hv.InputError, match="must have a unit, such as 'current"):
+        read_trace(str(tmp_path / "a.csv"))
+
+
+@pytest.mark.parametrize("kind", ["constant", "alternating", "ramp"])
+def test_merging_takes_few_passes(monkeypatch, kind):
+    """65,536 values that are equal, alternate or rise evenly need at most 60 passes, not one for each value."""
+    n = 2**16
+    current = {"constant": np.full(n, 1e-3), "alternating": 1e-3 * (1 + np.arange(n) % 2)}
+    values = current.get(kind, np.linspace(0.0, 1e-3, n))
+    passes = []
+    lexsort = np.lexsort
+    monkeypatch.setattr(np, "lexsort", lambda keys: passes.append(1) or lexsort(keys))
+    found = np.array(merged(values, np.full(n, 1e-4)))
+    assert len(passes) <= 60
+    assert found.prod(axis=1).sum() == pytest.approx(values.sum() * 1e-4, rel=1e-9)

@@ -23,6 +23,7 @@ class Row(NamedTuple):
     body: str
     outside: str = ""
     terminals: str = "p n"
+    means: str = ""  # of a construct of LTspice's: lines of ngspice within the subcircuit, which are the same circuit
 
     @property
     def name(self):
@@ -234,7 +235,33 @@ def _lines():
         yield Row("lines", words, body, outside)
 
 
-ROWS = tuple(_rows())
+_LTSPICE = {  # constructs of LTspice's, which ngspice refuses or leaves out, and the same in ngspice
+    "functions in B sources: `limit(v(p),0,1)`": drawn("min(max(v(p),0),1)"),
+    "elements: C rser=": "C1 p b 100n\nR9 b a 1k\nRload a n 100k",
+    "models: LTspice's": "B1 p a I=1n*v(p,a)+(1m-1n)*uramp(v(p,a)-0.2)\nR2 p n 1Meg\nRload a n 200k\nC1 a n 20n",
+}
+
+
+def _ltspice():
+    for words, body, means in (
+        ("`limit(600k,1k,50k)` in braces", in_series("{limit(600k,1k,50k)}"), in_series("50k")),
+        ("C rser= lser=", "C1 p a 100n rser=9k lser=20\nRload a n 100k", "C1 p b 100n\nR9 b c 9k\nL9 c a 20\nRload a n 100k"),
+        ("C v= irms= mfg= pn= type=", "C1 p a 100n v=25 irms=0 mfg=\"x\" pn=\"y\" type=\"z\"\nRload a n 100k", "C1 p a 100n\nRload a n 100k"),
+        ("C rpar=0", "C1 p a 100n rpar=0\nRload a n 100k", "C1 p a 100n\nRload a n 100k"),
+        ("L rser=", "L1 p a 200 rser=9k\nRload a n 100k", "L1 p b 200\nR9 b a 9k\nRload a n 100k"),
+        ("V rser=", "V1 p a 2 rser=9k\nRload a n 100k", "V1 p b 2\nR9 b a 9k\nRload a n 100k"),
+        ("R tol= pwr=", in_series("50k tol=1 pwr=0.1"), in_series("50k")),
+        ("a diode of Vrev and Rrev", "D1 p n dm\nRload p n 200k\n.model dm D(Ron=1k Roff=1G Vfwd=9 Vrev=3 Rrev=5k)",
+         "B1 p n I=1n*v(p,n)+(1m-1n)*uramp(v(p,n)-9)-(0.2m-1n)*uramp(-v(p,n)-3)\nRload p n 200k"),
+        ("a diode of Ron, m=", with_diode("D(Ron=20k)", "m=2"), "B1 p a I=uramp(v(p,a))/10k\nR2 p n 1Meg\nRload a n 200k\nC1 a n 20n"),
+        ("a resistor's T_ABS", in_series("rm 50k") + "\n.model rm RES(T_ABS=-273.15)", in_series("50k")),
+    ):  # fmt: skip
+        yield Row("constructs of LTspice", words, body, means=means)
+
+
+ROWS = tuple(
+    row._replace(means=_LTSPICE.get(row.name, row.means)) for row in (*_rows(), *_ltspice())
+)
 
 
 def given_to_ngspice(file):

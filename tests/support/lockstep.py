@@ -8,7 +8,7 @@ from harvester.cosimulation import runs as worker
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.noise import gaussian_grid
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from tests.support.python_callbacks import path_in_python

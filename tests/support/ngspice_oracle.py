@@ -11,18 +11,20 @@ that one, so that a crash, an endless loop or what an option leaves behind stays
 """
 
 import ctypes
-import ctypes.util
 import json
 import math
 import os
 import re
 import select
+import shutil
 import signal
 import subprocess
 import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+
+from harvester.cosimulation.ngspice.locate_libngspice import find_library
 
 CAPACITANCE, LEAK = 50e-9, 10e6  # F and ohm, of the piezo
 # V at an open circuit, Hz, degrees
@@ -154,6 +156,15 @@ def reason(messages):
     return lines[0][:240] if lines else (messages[-1].strip()[:160] if messages else "says nothing")
 
 
+def _file_of(library):
+    """The file that a library's name or path stands for."""
+    if "/" in library:
+        return library
+    ctypes.CDLL(library)
+    loaded = Path("/proc/self/maps").read_text().split()
+    return next(word for word in loaded if word.startswith("/") and "libngspice" in word)
+
+
 class Oracle:
     """The ngspice library in this process, which answers in processes forked from it; ``with Oracle() as ask:``."""
 
@@ -161,11 +172,11 @@ class Oracle:
         """``library`` is the path of another one than is found."""
         self.patience = patience
         self._messages = []
-        path = (
-            library or os.environ.get("NGSPICE_LIBRARY_PATH") or ctypes.util.find_library("ngspice")
-        )
+        path = _file_of(library or find_library())
         os.environ.setdefault("OMP_NUM_THREADS", "1")
-        self._spice = ctypes.CDLL(path)
+        # A copy has variables of its own: the package's ngspice in this process stays as it is.
+        with tempfile.TemporaryDirectory() as folder:
+            self._spice = ctypes.CDLL(str(shutil.copy(path, Path(folder) / "oracle.so")))
         text = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_char_p, ctypes.c_int, ctypes.c_void_p)
         leave = ctypes.CFUNCTYPE(
             ctypes.c_int, ctypes.c_int, ctypes.c_bool, ctypes.c_bool, ctypes.c_int, ctypes.c_void_p

@@ -34,6 +34,8 @@ LANGUAGES = {
     "{eval-rst}",
     "{command-help}",
     "{gallery-wall}",
+    "{container}",
+    "{scene-keys}",
 }  # those in braces are Sphinx's
 
 

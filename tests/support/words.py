@@ -43,7 +43,14 @@ def documents():
     """Each page for readers with its prose: no code, no formulas, no addresses, a cell or paragraph a line."""
     built = ROOT / "docs" / "_build"
     pages = [
-        ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SUPPORT.md", "CODE_OF_CONDUCT.md")
+        ROOT / name
+        for name in (
+            "README.md",
+            "CONTRIBUTING.md",
+            "SUPPORT.md",
+            "CODE_OF_CONDUCT.md",
+            "SECURITY.md",
+        )
     ]
     # the style guide, which quotes what it advises against
     quoting = ROOT / "docs" / "developers" / "english.md"
@@ -52,8 +59,11 @@ def documents():
         for one in sorted((ROOT / "docs").rglob("*.md"))
         if built not in one.parents and one != quoting
     ]
-    pages += [ROOT / name / "README.md" for name in ("examples", "benchmarks", "packaging/ngspice")]
-    pages += sorted((ROOT / "paper").glob("*.md"))
+    pages += [
+        ROOT / name / "README.md"
+        for name in ("examples", "benchmarks", "netlists", "packaging", "packaging/ngspice")
+    ]
+    pages += sorted((ROOT / "joss").glob("*.md"))
     for path in (one for one in pages if one.exists()):
         yield str(path.relative_to(ROOT)), prose(path.read_text())
 

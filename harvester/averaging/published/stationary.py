@@ -71,7 +71,7 @@ def density(eqs: Equations) -> Stationary:
     in ln A and normalised in log space, so that no scene over- or underflows.  The grid spans the
     amplitudes where p A is above 1e-14 of its peak.
 
-    Raises SimulationError without external noise, where no density exists; UnboundedResponseError
+    Raises SimulationError without external noise, if no density exists; UnboundedResponseError
     if p does not fall off, or so slowly that E[A^2] is infinite.
     """
     if eqs.n1 is None:
@@ -117,7 +117,7 @@ def mean_square_voltage(eqs: Equations) -> float:
     With a stop the paper uses the same V with x = |y|, so the value does not depend on it
     other than through p(A): here lies its factor of about four.
 
-    Raises SimulationError, UnboundedResponseError as `density`, and where E[V^2] is infinite though
+    Raises SimulationError, UnboundedResponseError as `density`, and if E[V^2] is infinite though
     p(A) exists.
     """
     answer = mean_square_voltages([eqs])[0]
@@ -211,5 +211,5 @@ def _rise(A: Floats, y: Floats, eqs: Equations) -> Floats:
 
 
 def _symbols(eqs: Equations) -> tuple[Floats, Floats, Floats]:
-    """The coefficients alpha, beta and mu of the equations, 0 where absent."""
+    """The coefficients alpha, beta and mu of the equations, 0 if absent."""
     return or_zero(eqs.alpha), or_zero(eqs.beta), or_zero(eqs.mu)

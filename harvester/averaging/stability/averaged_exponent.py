@@ -65,12 +65,12 @@ def averaged(
         lambda = decoupled(c1 - C, w^2) - n (beta eta - w^2 + 1) - (w/pi) ln r beta kappa^2
                  + g [(w/pi) ln r - (c1 - C)/2 - 5n/3] p + g [lambda - n (1 + f)/2 - mu p]
 
-    p is the slow voltage over the cycle's mean displacement, whose law under noise has the mean
-    p = l/(l + mu), l = lambda - n/2; where l + mu < n/2 few trajectories make that mean, and the
-    typical p = lambda/(lambda + mu) takes its place.  Either way lambda is the larger root of a
-    quadratic, near -mu where the voltage outlives the motion.  For g >= 1 (beta above about 4.6)
-    `decoupled` stands alone.  f is the noise that the slow voltage follows: 1 for slow loads, 0 for fast
-    ones; between, f = (1 - m^2)/(1 + m^2)/(1 + m^2/16) is not a theory but a fit to Monte Carlo (r = 1).
+    p is the slow voltage over the cycle's mean displacement, whose law under noise has the mean p =
+    l/(l + mu), l = lambda - n/2; if l + mu < n/2 few trajectories make that mean, and the typical p
+    = lambda/(lambda + mu) takes its place.  Either way lambda is the larger root of a quadratic,
+    near -mu if the voltage outlives the motion.  For g >= 1 (beta above about 4.6) `decoupled`
+    stands alone.  f is the noise that the slow voltage follows: 1 for slow loads, 0 for fast ones;
+    between, f = (1 - m^2)/(1 + m^2)/(1 + m^2/16) is not a theory but a fit to Monte Carlo (r = 1).
 
     Without a stop: the rightmost eigenvalue lambda_i of (x, x', V), plus what noise does to an
     oscillator of the frequency that has the mode's first-order response, -N2 (l_v x_i)^2, with
@@ -140,7 +140,7 @@ def pushed(ratio2: Floats) -> Floats:
 class Boundary(NamedTuple):
     """The stability boundary: N2 at which lambda = 0, at each mu (for eps2 = 1, N2 is D22).
 
-    0 where rest is unstable without noise, infinite where no noise makes it unstable.
+    0 where rest is unstable without noise, infinite if no noise makes it unstable.
     """
 
     mu: Floats

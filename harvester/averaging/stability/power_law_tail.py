@@ -1,6 +1,6 @@
 """The power tail that parametric noise gives the amplitude, and so which means exist at all.
 
-Where nothing but linear damping, the load and the stop at rest take energy, a large amplitude A
+If nothing but linear damping, the load and the stop at rest dissipate energy, a large amplitude A
 multiplies by factors that do not depend on it, so that its moments grow or fade as E[A^p] ~
 exp(Lambda(p) t), and its stationary density is
 
@@ -41,8 +41,9 @@ STRONG, QUICK = 0.2, 4.0
 class PowerTail:
     """The exponent q of the density p(A) ~ A^-(1 + q), and the ends between which it lies.
 
-    ``highest`` is infinite where what takes energy is not all known: then ``exponent`` is that without it.  An exponent
-    of zero or less belongs to no law at all: the response grows without bound.
+    ``highest`` is infinite if what dissipates energy is not all known: then ``exponent`` is that
+    without it.  An exponent of zero or less belongs to no law at all: the response grows without
+    bound.
     """
 
     exponent: float
@@ -62,11 +63,11 @@ def power_tail(eqs: Equations, driven: bool = False) -> PowerTail | None:
     """The tail of the amplitude's stationary law; None if all moments exist.
 
     ``driven``: by a circuit that is not in the equations, of which no more is known than that it
-    takes energy; and of a compliant stop no more than that it does not feed any.
+    dissipates energy; and of a compliant stop no more than that it does not feed any.
 
     With a stop and a load, d = 1 - r and g = 4 beta/(pi^2 w^2), the ends are q (1 - 0.03 - 0.6 d -
     0.3 g), or the exponent without both if that is more, and q (1 + 0.05 + 0.2 d + 2.5 g), or none
-    where the slow voltage may take more than averaging knows: chosen on 40 random scenes, and tried
+    if the slow voltage may take more than averaging knows: chosen on 40 random scenes, and tried
     on 40 others, by Monte Carlo of Lambda, that of the linearised motion.
     """
     nonlinear = (eqs.linear, eqs.alpha2, eqs.alpha)
@@ -111,7 +112,7 @@ def _without_stop(eqs: Equations) -> float:
 def moment_growth(eqs: Equations, degree: int) -> float:
     """The rate Lambda(degree) at which the moments of that even degree grow, of linear equations without a stop.
 
-    Of z' = M z with the noise x sqrt(2 N2) dW/dt on x', z = (x, x', V), or (x, x') where V has no
+    For z' = M z with the noise x sqrt(2 N2) dW/dt on x', z = (x, x', V), or (x, x') if V has no
     load, the generator
 
         L = sum_ij M_ij z_j d/dz_i + N2 x^2 d^2/dx'^2

@@ -57,7 +57,7 @@ def slope_on_grid(u: Floats, values: Floats) -> Floats:
 
 
 def rising(u: Floats, energy: Floats) -> Floats:
-    """Slope dE/du, kept positive where the slow voltage would turn it around."""
+    """Slope dE/du, kept positive if the slow voltage would turn it around."""
     return np.asarray(energy * np.maximum(slope_on_grid(u, np.log(energy)), 0.1))
 
 
@@ -71,7 +71,7 @@ def with_tail(mass: Floats, A: Floats) -> Floats:
     """The probabilities as weights of means of what grows as A^2, with all that lies beyond the last amplitude.
 
     There mass falls as A^-q, and each step further of du weighs exp((2 - q) du) times the one
-    before: a factor 1/(1 - exp((2 - q) du)) on the last weight, infinite where no such mean exists.
+    before: a factor 1/(1 - exp((2 - q) du)) on the last weight, infinite if no such mean exists.
     """
     weights = mass.copy()
     du = np.log(A[..., -1] / A[..., -2])
@@ -108,9 +108,10 @@ def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Float
     """Solve (rate - L) y = right for y, with L the averaged generator.
 
     L is symmetric in the stationary law; between neighbouring amplitudes it carries the current
-    ``flow``, p sigma^2/2 per dE, so that (rate - L) times the law is one positive tridiagonal matrix.
-    Its elimination keeps what a diagonal exceeds its neighbours by, so that nothing positive is subtracted: however
-    small rate is beside the flow, no digit is lost.  (SciPy's solver would take longer to load than the answer takes.)
+    ``flow``, p sigma^2/2 per dE, so that (rate - L) times the law is one positive tridiagonal
+    matrix. Its elimination keeps what a diagonal exceeds its neighbours by, so that nothing
+    positive is subtracted: however small rate is compared with the flow, no digit is lost.
+    (SciPy's solver would need longer to load than the answer takes.)
     """
     margin = rate * mass
     # A scene whose law is not finite must not spoil its neighbours.

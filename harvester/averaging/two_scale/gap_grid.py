@@ -5,7 +5,7 @@ b - c:
 
     b = g e^z below grazing,   b = |g| cosh z above,   g = gap + c
 
-for period and averages have a square root in the energy there, which cosh z takes away.  With a
+for period and averages have a square root in the energy there, which cosh z removes.  With a
 preload, g < 0, all orbits are above.  Two panels of Gauss points, parted at grazing if that is
 among the energies that matter, give integrals and slopes of functions that are smooth on either
 side; what follows the energy slowly is found by finite elements on them, the sums of the panels'
@@ -116,7 +116,7 @@ class Grid:
         self._bare = rise * _force(b, eqs)
 
     def rising(self, energy: Floats) -> Floats:
-        """Slope dE/dz, kept positive where the slow voltage would turn it around."""
+        """Slope dE/dz, kept positive if the slow voltage would turn it around."""
         return np.maximum(energy @ panels().slope.T / self._width, self._bare / _STEEPEST)
 
     def mass(self, cycle: Cycles, slope: Floats, slow: Floats) -> Floats:

@@ -12,9 +12,10 @@ shifts the rest position c of the free orbits.  The harmonic j of a cycle has th
 Phi_e/tau and n = j pi/Phi_e, and the share n^2/(n^2 - 1)^2 of <x'^2>: the even numbers of |cos|
 with a stop at rest, 1 alone on a free orbit.
 
-The correction of second order is that of a stop at rest, to the power of the squared probability of an orbit that
-meets the stop.  The stated errors stand beside it (`harvester.averaging.two_scale.second_order`).  What does not settle
-(beta above 2 or so near grazing) is an error.
+The correction of second order is that of a stop at rest, to the power of the squared probability of
+an orbit that meets the stop.  The stated errors stand next to it
+(`harvester.averaging.two_scale.second_order`).  What does not settle (beta above 2 or so near
+grazing) is an error.
 """
 
 import math

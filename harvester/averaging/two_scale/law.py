@@ -93,12 +93,13 @@ class TwoScale:
 def solve(eqs: Equations) -> TwoScale:
     """Stationary law and E[V^2] by two-scale averaging.
 
-    With a stop at rest, correction and bias are those of `harvester.averaging.two_scale.second_order`; without a stop,
-    where linear scenes come out exact, the bias is a hundredth of exchange and store.
-    For a stop at a distance or preloaded see `harvester.averaging.two_scale.gap_law`.
+    With a stop at rest, correction and bias are those of
+    `harvester.averaging.two_scale.second_order`; without a stop, where linear scenes come out exact,
+    the bias is a hundredth of exchange and store. For a stop at a distance or preloaded see
+    `harvester.averaging.two_scale.gap_law`.
 
-    Raises SimulationError without external noise, where no stationary law exists. Also where the
-    voltage and the orbits that it bends do not settle (strong coupling near grazing), or where a
+    Raises SimulationError without external noise, if no stationary law exists. Also if the
+    voltage and the orbits that it bends do not settle (strong coupling near grazing), or if a
     preloaded mass hardly leaves the stop; UnboundedResponseError if the law does not fall off at
     large amplitudes.
     """

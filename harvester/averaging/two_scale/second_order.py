@@ -1,6 +1,6 @@
 """What averaging leaves out with a stop, to second order: a correction of E[V^2], and the error that is left.
 
-Averaging is of first order in what one cycle changes.  Three small numbers say how much that is:
+Averaging is of first order in what one cycle changes.  Three small numbers state how much that is:
 the share i of the energy that impacts take in a cycle, the share q that the piezo holds, and the
 load m = mu T/pi over a cycle of T. The next order was measured, not derived.  On 300 random scenes
 (`benchmarks/accuracy.py`; r from 0.3 to 1, beta from 0.02 to 10, mu from 0.02 to 10) the logarithm
@@ -45,7 +45,7 @@ def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Float
 
 
 def amplified(friction: Floats, exchange: Floats) -> Floats:
-    """The factor on a stated error where the damping is negative and ``friction``, its share of the energy, feeds.
+    """The factor on a stated error if the damping is negative and ``friction``, its share of the energy, feeds.
 
     Impacts and load then take what friction and noise give.  A relative error of what they take is left to the noise
     alone, whose share in a cycle is ``exchange``: 1 + max(-friction, 0)/exchange times as large.

@@ -7,8 +7,8 @@ each of its ends:
     kick of a/2, drift of a, kick of a/2; then the record at a grid time, or the jump at an event
 
 so that the force after an event is that of the time after it, and the whole is of second order with
-events too.  How long the part to an event is depends on its first kick, and that on the length:
-they are iterated together.  Where the noise acts on a model, whose path has no second order, the
+events as well.  How long the part to an event is depends on its first kick, and that on the length:
+they are iterated together.  If the noise acts on a model, whose path has no second order, the
 kicks are those of whole steps, as how much noise comes must not depend on the event; the event is
 then met in mid-drift, as it also is where the iteration finds no length.
 
@@ -20,10 +20,10 @@ the run (`harvester.cosimulation.lockstep.state`), in SI units: w0 = 1.
     coil      coupling source + line       coupling i          a/2 R (source- + source+)/2 of each half kick
 
 The charge of a piezo is continuous, and so is V.  The e.m.f. of a coil would jump at each kick, and
-its current with it; so it goes on from part to part along the ``line`` b (t - middle of the part),
-where b is its growth by the last kick over the kick's time.  The i of a kick goes by the mean
-currents j0, j1 of the last two parts, (3 j1 - j0)/2 for equal ones (Adams and Bashforth): of second
-order, and no charge is lost, however short the pulses of a rectifier are.
+its current with it; so it continues from part to part along the ``line`` b (t - middle of the
+part), where b is its growth by the last kick over the kick's time.  The i of a kick goes by the
+mean currents j0, j1 of the last two parts, (3 j1 - j0)/2 for equal ones (Adams and Bashforth): of
+second order, and no charge is lost, however short the pulses of a rectifier are.
 
 Long because all that happens at a target is one state machine.
 """
@@ -43,7 +43,7 @@ START = 1e-6
 MOST, ROUNDS = 100, 60  # events in a step; iterations of a part's length
 # What ended a motion: the function that gave no finite number; an event outside its step, or too
 # many of them.
-DRIFT, KICKED, JUMP, SOURCE, EVENT, OFTEN = range(1, 7)
+DRIFT, KICKED, JUMP, SOURCE, EVENT, OFTEN, RAISED = range(1, 8)
 
 
 class Functions(NamedTuple):
@@ -99,7 +99,7 @@ def kicked(s, at, reaction, record, f, m):
 
 @inlined
 def half_kick(s, at, reaction, record, f, m):
-    """The same with its work in the ledger; the state as it was where it is not finite."""
+    """The same with its work in the ledger; the state as it was if it is not finite."""
     after = kicked(s, at, reaction, record, f, m)
     if not is_finite(after):
         s.fault = KICKED
@@ -234,7 +234,7 @@ def end_step(s, p, at, record):
 
 @inlined
 def drifted(s, at, target, f, m):
-    """The state at a phase of the drift; as it was where that is not finite."""
+    """The state at a phase of the drift; as it was if that is not finite."""
     after = f.floats(f.drift(m, at, target - s.phase))
     s.phase = target
     if is_finite(after):
@@ -294,7 +294,7 @@ def next_leg(s, p, at, goal, reaction, record, f, m):
 
 @inlined
 def accept_model(s, p, record, f, m, at):
-    """Take an accepted `Point`: the state of the model, in which the next leg begins where the point is a target."""
+    """Take an accepted `Point`: the state of the model, in which the next leg begins if the point is a target."""
     u = p.v
     if s.coil == 1:
         u = port_voltage(s, p.t, f, m, at)

@@ -14,7 +14,7 @@ CHORDS = 16
 
 @inlined
 def target_in_contact(s, target, goal, impacts, c):
-    """Choose (phase, goal) of the next target, where the contact has one before ``target``; set the chord to it."""
+    """Choose (phase, goal) of the next target, if the contact has one before ``target``; set the chord to it."""
     edge = lower_stop(c)
     y = s.x - edge
     v = s.v

@@ -13,14 +13,13 @@ from harvester.cosimulation.lockstep.state import BEYOND, STATE, Recording
 from harvester.cosimulation.lockstep.transitions import next_event
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
-from harvester.mechanics.kernels.coefficients import State, coefficients
+from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, room_for_impacts
 from harvester.mechanics.kernels.trajectory_batch import BATCH
-from harvester.mechanics.modes.modal_path import started
-from harvester.mechanics.modes.modal_step import modal_coefficients
+from harvester.mechanics.trace import mechanics_of
 
 NARROW = (
     "the stops must be so far apart that the mass meets them at most twice a step in lock-step with ngspice, but it "
@@ -49,16 +48,16 @@ class Drive:
     h, stride
         nondimensional step, and kicks between samples.
     start
-        (x, x', V, voltage of Csmooth) at the beginning, of several modes as of `started`; None: at
-        rest in the first of `resting_places`.
+        (x, x', V, voltage of Csmooth) at the beginning, of several modes as of
+        `harvester.mechanics.trace.SeveralModes.started`; None: at rest in the first of `resting_places`.
     free
         whether ngspice may take smaller steps of its own between targets.
     since
         nondimensional time at which the ledger begins.
     shaking
-        as of `harvester.mechanics.kernels.path.trace`.
+        as of `harvester.mechanics.trace.trace`.
     smooth
-        whether drifts bend (`source_voltage`), as they may where neither white noise nor a
+        whether drifts bend (`source_voltage`), as they may if neither white noise nor a
         compliant stop acts.
 
     Attributes
@@ -72,20 +71,20 @@ class Drive:
         velocity of each impact.
     kicked
         ahead of each kick x, x', V and the voltage of Csmooth, and the energy that the load took
-        (J), shape (kicks, 5). Where the run ``follows`` another, by that field of the state, this
+        (J), shape (kicks, 5). If the run ``follows`` another, by that field of the state, this
         begins as the other's record: the force on the mass is that of its voltages, and so the
         motion is the same.
     smoothing
         capacitance of the load's Csmooth (F) once the run is over, 0 without one.
     nodes
         voltage (V) of each node and current (A) of each coil at the last kick once the run is over,
-        where its deck says to keep them.
+        if its deck says to keep them.
     currents
         of coils (A) at the beginning, by the names of their vectors.
     earlier, nodes_earlier
         what ``nodes`` were so many kicks before the last one; empty for 0.
     series
-        vectors of ngspice by name at all accepted points, and their ``time`` (s), where its deck
+        vectors of ngspice by name at all accepted points, and their ``time`` (s), if its deck
         has probes.
     """
 
@@ -119,10 +118,11 @@ class Drive:
         self.kicked = np.zeros((len(self.noise), 5))
         self.impacts = room_for_impacts(eqs, len(self.noise))
         start = (eqs.resting_places[0], 0.0, 0.0, 0.0) if start is None else start
-        self.modes, self.coefficients = None, self._coefficients(eqs)
+        self.modes = None
+        self.coefficients: Any = mechanics_of(replace(eqs, mu=None)).coefficients
         if eqs.modes is not None:
             self.modes = np.zeros((3, (2 * eqs.modes.count + 1) * BATCH))
-            self.modes[0, ::BATCH] = y = started(eqs, start)
+            self.modes[0, ::BATCH] = y = mechanics_of(eqs).started(start)
             # as the circuit sees it
             start = (float(np.dot(eqs.modes.coupling, y[: eqs.modes.count])), *start[1:4])
         self.eqs, self.start, self._numbers = eqs, start, np.array(_numbers(self.coefficients))
@@ -138,15 +138,6 @@ class Drive:
         for name, array in (*self.recording._asdict().items(), ("coefficients", self._numbers)):
             state[f"{name}_at"] = 0 if array is None else array.ctypes.data
         self._begin(smooth)
-
-    @staticmethod
-    def _coefficients(eqs: Equations) -> Any:
-        """The coefficients of the mass, or of several modes, without mu."""
-        return (
-            coefficients(eqs)._replace(mu=None)
-            if eqs.modes is None
-            else modal_coefficients(replace(eqs, mu=None))
-        )
 
     def _begin(self, smooth: bool) -> None:
         """Begin the first drift.  Half a kick comes first, as in `trace`; interpreted: not worth a compilation."""
@@ -193,7 +184,7 @@ class Drive:
         return float((s.noise_size + BEYOND) * s.h / s.w0)
 
     def path(self) -> Path:
-        """The path of the finished run, in the form of `harvester.mechanics.kernels.path.trace`.
+        """The path of the finished run, in the form of `harvester.mechanics.trace.trace`.
 
         Raises SimulationError for more than two impacts a step: the stops are too near each other.
         """

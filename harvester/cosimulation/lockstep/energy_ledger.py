@@ -91,10 +91,10 @@ def note_stored_energy(s, p, energy):
 
 @dataclass(frozen=True)
 class EnergyLedger:
-    """Mean powers (W) after the burn-in by where the energy goes; negative where energy comes from there.
+    """Mean powers (W) after the burn-in by where the energy goes; negative if energy comes from there.
 
-    ``stored`` is the growth of what mass, Cp and Csmooth hold.  Where the voltage has no force on the mass (beta
-    None) the circuit's energy comes from nowhere, and counts as input.
+    ``stored`` is the growth of what mass, Cp and Csmooth hold.  If the voltage has no force on the
+    mass (beta None) the circuit's energy comes from nowhere, and counts as input.
     """
 
     input: float = 0.0
@@ -115,8 +115,8 @@ class EnergyLedger:
 def ledger_of(s: Any, scales: Scales, smoothing: float, linear: bool) -> EnergyLedger:
     """The energy ledger of a finished run.
 
-    ``s`` is its state, ``smoothing`` the capacitance of Csmooth (F), 0 without one; ``linear`` says
-    that the load is a plain resistor, whose circuit loses nothing.
+    ``s`` is its state, ``smoothing`` the capacitance of Csmooth (F), 0 without one; ``linear``
+    states that the load is a plain resistor, whose circuit loses nothing.
     """
     time = float(s.end - s.begin)
     if s.measuring != AFTER or time <= 0.0:

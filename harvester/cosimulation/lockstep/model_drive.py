@@ -13,9 +13,9 @@ from harvester.cosimulation.lockstep.state import AFTER, BEYOND, STATE
 class ModelDrive:
     """One run of n steps of h seconds, with a reading every ``stride`` of them.
 
-    ``volts`` makes the source's voltage of what the model says, ``coupling`` the reaction of voltage or current;
-    ``coil`` says which.  ``free``: ngspice may take smaller steps of its own.  ``start`` is the model's state as an
-    array, ``coefficients`` the model's own.
+    ``volts`` makes the source's voltage of what the model says, ``coupling`` the reaction of
+    voltage or current; ``coil`` states which.  ``free``: ngspice may take smaller steps of its own.
+    ``start`` is the model's state as an array, ``coefficients`` the model's own.
     """
 
     def __init__(

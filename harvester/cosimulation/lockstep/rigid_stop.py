@@ -1,7 +1,7 @@
 """Impacts in lock-step of a mass that no white noise moves, which may come to rest on a stop.
 
 They are those of `harvester.mechanics.kernels.equation_of_motion.drift_at_stop`: on the parabola of
-the force that presses the mass on the stop, known at the kick, and a rest where the next flight is
+the force that presses the mass on the stop, known at the kick, and a rest if the next flight is
 shorter than a step.  Between targets ngspice sees chords of it.
 
     plan_impact          at a kick: when the coming drift meets a stop, how fast, and how it goes on
@@ -75,7 +75,7 @@ def target_as_planned(s, target, goal, impacts, c):
 
 @inlined
 def chord(s, target, c):
-    """Mean velocity from here to a target: to the stop where that is next, and along the parabola after it."""
+    """Mean velocity from here to a target: to the stop if that is next, and along the parabola after it."""
     if s.flown == 0:
         if target != s.meet:
             return s.before

@@ -69,15 +69,16 @@ def source_voltage(s, t):
 
 @inlined
 def proposed_step(s, t, delta):
-    """Step that ngspice is to try at t: to the next target, or its own step ``delta`` where it is free to refine.
+    """Step that ngspice is to try at t: to the next target, or its own step ``delta`` if it is free to refine.
 
     Its own is all of what is left, or at most half: a sliver before a target would leave C dv/dt to rounding.  After an
     impact or another turn of the motion it begins with a small one.  There switches act, and ngspice, which judges a
     step by differences that reach back over the steps before, does not see a jump within a step much shorter than
     those: it went over the closing of a switch.
 
-    No step goes beyond the end of the run: of one that does, versions from 42 on leave a rest of rounding, and some
-    never get over it.  An end that is early by a few roundings is taken for the end by all.
+    No step goes beyond the end of the run: of one that does, versions from 42 on leave a rest of
+    rounding, and some never get over it.  An end that is early by a few roundings is treated as the
+    end by all.
     """
     left = min(s.target_time, (1.0 - EARLY) * (s.noise_size + BEYOND) * s.h / s.w0) - t
     if not s.free:
@@ -94,7 +95,7 @@ def proposed_step(s, t, delta):
 
 @inlined
 def stop_ahead(v, c):
-    """Where the stop ahead of a mass of velocity v is; infinite where there is none."""
+    """Where the stop ahead of a mass of velocity v is; infinite if absent."""
     if v < 0.0:
         return lower_stop(c)
     return math.inf if c.high is None else c.high

@@ -149,8 +149,9 @@ def pattern_of(coefficients: Any) -> Any:
 def point_function(pattern: Coefficients | ModalCoefficients, shaken: bool) -> Any:
     """`accept_point` as a C function, compiled for the coefficients that are not None in ``pattern``.
 
-    ``shaken`` says whether there is shaking other than white noise.  Of several modes it is `accept_modal_point`.  What
-    it closes over names its file in the cache, so that is numbers: a compiled function is another in each process.
+    ``shaken`` states whether there is shaking other than white noise.  For several modes it is
+    `accept_modal_point`.  What it closes over names its file in the cache, so that is numbers: a
+    compiled function is another in each process.
     """
     rows = 0 if isinstance(pattern, Coefficients) else 2 * len(pattern.k) + 1
 

@@ -168,10 +168,11 @@ def integration_options(
 ) -> str:
     """The options card: the exact rule of a load resistor's time constant (s), or steps of ngspice's own (None).
 
-    ``reltol`` is ngspice's relative tolerance, for steps of its own.  Its absolute tolerances scale with the signal's
-    size ``volts``, so that a microvolt is as precise as a kilovolt; at 20 V on 50 nF they are ngspice's defaults.
-    That of a charge is no less than what rounding leaves on the capacitor ``smoothing`` (F): beside one of a farad
-    ngspice would take shorter and shorter steps.
+    ``reltol`` is ngspice's relative tolerance, for steps of its own.  Its absolute tolerances scale
+    with the signal's size ``volts``, so that a microvolt is as precise as a kilovolt; at 20 V on 50
+    nF they are ngspice's defaults. That of a charge is no less than what rounding leaves on the
+    capacitor ``smoothing`` (F): next to one of a farad ngspice would take shorter and shorter
+    steps.
 
     Gear's rule damps what rings after a jump, and a coil's oscillation with it; the ``trapezoidal``
     rule damps nothing, and with a seventh of ngspice's usual ``trtol`` comes nearer in as many

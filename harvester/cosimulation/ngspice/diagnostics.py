@@ -24,7 +24,7 @@ LONGEST = 300  # letters of ngspice's own words
 
 
 def why_refused(messages: Sequence[str]) -> str:
-    """Say why ngspice did not take a circuit, in its own words."""
+    """State why ngspice did not take a circuit, in its own words."""
     reasons = [_STATE.sub("", message).strip() for message in messages]
     reasons = [reason for reason in reasons if reason and not reason.lower().startswith(_CHATTER)]
     words = "; ".join(dict.fromkeys(reasons)) or "it gave no reason"
@@ -39,7 +39,7 @@ def no_step_was_small_enough(messages: Sequence[str]) -> bool:
 
 
 def why_stopped(messages: Sequence[str], end: float, duration: float) -> str:
-    """Say why ngspice stopped at the time ``end`` (s) of ``duration``."""
+    """State why ngspice stopped at the time ``end`` (s) of ``duration``."""
     text = "\n".join(messages)
     singular, small = _SINGULAR.search(text), _SMALL.search(text)
     if singular is None and small is None:

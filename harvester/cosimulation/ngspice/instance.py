@@ -141,8 +141,8 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         stopped.  After that, and after a fatal error, no other circuit runs in this process.
 
         Raises CircuitError with the node and the time in trouble when ngspice refuses the netlist,
-        stops before the end or comes no further; OutOfTimeError, which says how far it came, at the
-        deadline.
+        stops before the end or comes no further; OutOfTimeError, which states how far it came, at
+        the deadline.
         """
         if self.lost:
             raise CircuitError(
@@ -157,7 +157,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def _follow(
         self, deck: Deck, drive: Drive | ModelDrive, patience: float, deadline: float
     ) -> None:
-        """Run a circuit as `run_driven` says."""
+        """Run a circuit as `run_driven` states."""
         self.state[:] = drive.state
         if (
             isinstance(drive, Drive) and not drive.state["accepted_at"][0]
@@ -209,7 +209,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def _wait(
         self, run: threading.Thread, tiny: float, patience: float, deadline: float
     ) -> tuple[type[CircuitError], float, float] | None:
-        """Wait for a run until it ends, or the deadline; why it is given up where it gets nowhere.
+        """Wait for a run until it ends, or the deadline; why it is given up if it gets nowhere.
 
         That is the error, the step (s) of its last points, and the time (s) waited; steps below
         ``tiny`` lead nowhere.
@@ -269,7 +269,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     def _keep(self, deck: Deck, earlier: int) -> None:
         """Keep of a finished run what outlives it: Csmooth's capacitance, the last nodes' voltages, and the probes.
 
-        The nodes are those so many kicks ``earlier``, too.
+        The nodes are those so many kicks ``earlier`` as well.
         """
         if deck.smoothing:
             vector = self._ngspice_shared.ngGet_Vec_Info(b"@c.xload.csmooth[capacitance]")
@@ -297,8 +297,9 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
 def ngspice() -> Ngspice:
     """The one ngspice of this process, loaded at the first call.
 
-    Variables such as SPICE_LIB_DIR leave the environment before: ngspice would run the commands of a file in a folder
-    that they name, those of a shell too.  The wheel's library, which has no start file, gets its code models here.
+    Variables such as SPICE_LIB_DIR leave the environment before: ngspice would run the commands of
+    a file in a folder that they name, those of a shell as well.  The wheel's library, which has no
+    start file, gets its code models here.
 
     Raises MissingProgramError when the library cannot be loaded.
     """

@@ -37,7 +37,7 @@ def code_models(library: str) -> list[Path]:
 
 
 def library_digest() -> str:
-    """Say which ngspice library there is without loading it: its name, and a hash of its file where that is found.
+    """Say which ngspice library there is without loading it: its name, and a hash of its file if that is found.
 
     Raises MissingProgramError as `find_library`.
     """
@@ -49,7 +49,7 @@ def library_digest() -> str:
 
 
 def _wheel() -> Any:
-    """The package of the wheel, which holds the library and says where it is; None where it is not installed."""
+    """The package of the wheel, which holds the library and says where it is; None if it is not installed."""
     with suppress(ImportError):
         return importlib.import_module("piezo_harvester_ngspice")
     return None

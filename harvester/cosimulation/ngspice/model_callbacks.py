@@ -17,6 +17,7 @@ from harvester.cosimulation.lockstep import any_mechanics
 from harvester.cosimulation.lockstep.any_mechanics import Functions, ModelRecord
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import STATE, Point
+from harvester.cosimulation.model_errors import of_model
 from harvester.cosimulation.ngspice.compiled_callbacks import (
     _F8,
     _I4,
@@ -38,7 +39,7 @@ def unchanged(m: Any, at: Any) -> Any:
 
 
 def _as_function(method: Any) -> Callable[..., Any]:
-    """A bound method as a function that is given the model too."""
+    """A bound method as a function that is given the model as well."""
     return lambda _, *arguments: method(*arguments)
 
 
@@ -47,7 +48,7 @@ def _functions(
 ) -> Functions:
     """The functions of a model, or of its class, each ``made`` into one that can be called in lock-step.
 
-    ``plain`` makes it of one that is no method.
+    ``plain`` makes it of one that is not a method.
     """
     functions = {name: made(getattr(of, name)) for name in ("drift", "kick", "source")}
     absent = {"event": never, "jump": unchanged}
@@ -155,7 +156,7 @@ class PlainCallbacks:
             **{name: drive.state[name][0].item() for name in STATE.names or ()}
         )
         self.f = _functions(model, _as_function, lambda function: function, lambda at: at)
-        self.error: Exception | None = None
+        self.error: BaseException | None = None
         self.last = 0.0
         self._reported = [(name, shared[name]) for name in self.REPORTED]
         self._voltage, self._accept = (
@@ -177,11 +178,11 @@ class PlainCallbacks:
     def finish(self) -> None:
         """Put the record where a finished run has it; raises what went wrong in a function of the model."""
         if self.error is not None:
-            raise self.error
+            raise of_model(self.error) from None
         for name, value in vars(self.s).items():
             self.drive.state[name] = value
 
-    def _fail(self, error: Exception) -> None:
+    def _fail(self, error: BaseException) -> None:
         """Keep an error; the next target is beyond the end."""
         self.error = error
         self.s.free = 1
@@ -192,7 +193,7 @@ class PlainCallbacks:
         if self.error is None:
             try:
                 self.last = float(self._voltage(self.s, t, self.f, self.model, self.at))
-            except Exception as error:
+            except BaseException as error:  # SystemExit too: ngspice cannot pass it on
                 self._fail(error)
         return self.last
 
@@ -204,7 +205,7 @@ class PlainCallbacks:
                 self.at = self._accept(
                     self.s, point, self.drive.record, self.f, self.model, self.at
                 )
-            except Exception as error:
+            except BaseException as error:  # SystemExit too: ngspice cannot pass it on
                 self._fail(error)
         for name, entry in self._reported:
             entry[0] = getattr(self.s, name)

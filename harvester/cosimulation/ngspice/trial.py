@@ -6,9 +6,9 @@ ones, the voltage is to rounding
 
     V1 = exp(-z) V0 + (1 - exp(-z)) theta v R,    z = h/(R Cp),    before the stop
 
-where ngspice asks for its source in time, takes the steps that it is given, obeys the weight of the rule, and tells
-each accepted point.  A bridge rectifier behind the same piezo then takes steps of ngspice's own.  A version that is not
-among those `TESTED` is tried before it runs anything else.
+if ngspice asks for its source in time, takes the steps that it is given, obeys the weight of the
+rule, and tells each accepted point.  A bridge rectifier behind the same piezo then takes steps of
+ngspice's own.  A version that is not among those `TESTED` is tried before it runs anything else.
 """
 
 import math
@@ -53,7 +53,7 @@ class SteadyMotion:
     """A mass at a steady speed, which turns round once."""
 
     def drift(self, s: TrialState, h: float) -> TrialState:
-        """It goes on."""
+        """It continues."""
         return TrialState(s.x + h * s.v, s.v, s.t + h)
 
     def kick(self, s: TrialState, h: float, reaction: float, noise: float) -> TrialState:
@@ -115,7 +115,7 @@ def faults(library: Ngspice) -> str:
 
 @cache
 def checked_ngspice() -> Ngspice:
-    """The one ngspice of this process, after its trial where its version is not among those `TESTED`.
+    """The one ngspice of this process, after its trial if its version is not among those `TESTED`.
 
     Raises MissingProgramError as `harvester.cosimulation.ngspice.instance.ngspice`, and for one
     that fails its trial.
@@ -131,6 +131,6 @@ def checked_ngspice() -> Ngspice:
 
 
 def versions() -> tuple[str, str]:
-    """The version of ngspice in this process, and what its trial found: "" where it does all that it must."""
+    """The version of ngspice in this process, and what its trial found: "" if it does all that it must."""
     library = ngspice()
     return str(library.ngspice_version), faults(library)

@@ -10,7 +10,6 @@ from harvester.engines.sampling import DRAWN, FINE, KNOWN, LOOSE, affordable, fi
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
-from harvester.netlists.load_circuit import LoadCircuit
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+    from harvester.netlists.load_circuit import LoadCircuit
 
 LONGEST_CHARGING = 2e4  # nondimensional
 LONGEST_COMPILED = 4e3  # where a compiled circuit goes beside
@@ -34,10 +34,10 @@ def cheap_circuit(
 ) -> "tuple[IdealCircuit | CompiledCircuit | None, IdealCircuit | CompiledCircuit | None, bool]":
     """The circuit without ngspice that goes beside, its twin, and whether runs are `SpiceSetup.short`.
 
-    It is made of ideal elements where these serve; a target that is close asks for the compiled circuit, which follows
-    ngspice through every switching, and whose twin is made of ideal elements.  Others are their own.  None where there
-    is none.  Neither waits for a periodic response, which ngspice finds itself; a long ``charging`` takes a compiled
-    circuit minutes.
+    It is made of ideal elements where these serve; a target that is close asks for the compiled
+    circuit, which follows ngspice through every switching, and whose twin is made of ideal
+    elements.  Others are their own.  None if absent.  Neither waits for a periodic response, which
+    ngspice finds itself; a long ``charging`` takes a compiled circuit minutes.
     """
     from harvester.circuits.compiled_circuit import compiled_circuit
 
@@ -65,7 +65,7 @@ def cheap_circuit(
     return compiled, ideal or compiled, short
 
 
-def _ideal_elements(problem: Problem, load: LoadCircuit) -> "IdealCircuit | None":
+def _ideal_elements(problem: Problem, load: "LoadCircuit") -> "IdealCircuit | None":
     """The circuit of ideal elements: of the package's netlists, and of a user's bridge while paths stay together."""
     from harvester.circuits.idealised import ideal_circuit
     from harvester.storage.rectifier_cut import plain_bridge
@@ -85,7 +85,7 @@ def _bears_compiled(eqs: Equations) -> bool:
 
 
 def _tells_paths_apart(eqs: Equations) -> bool:
-    """Whether two models of a circuit soon go paths of their own on the same white noise, as beside a stop."""
+    """Whether two models of a circuit soon go paths of their own on the same white noise, as near a stop."""
     return eqs.has_stop and eqs.is_shaken_by_white_noise
 
 
@@ -126,8 +126,8 @@ def cheap_model(
 ) -> "tuple[RichardsonPair, float]":
     """The cheap model with the bias of its step, known well enough for the target, in its share of the budget.
 
-    Where the ``pilot`` is the twin of the ``circuit`` that goes beside, this one goes on from it.  Also the time from
-    which seconds count on, without compilation.
+    If the ``pilot`` is the twin of the ``circuit`` that goes together with it, this one continues
+    from it.  Also the time from which seconds count on, without compilation.
     """
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.richardson import RichardsonPair
@@ -203,7 +203,7 @@ def settled_starts(
 def _with_best_step(
     pair: "RichardsonPair", name: str, target: Target, fixed: bool
 ) -> "RichardsonPair":
-    """The pair with its bias known well enough for the target, at a smaller step where that is called for.
+    """The pair with its bias known well enough for the target, at a smaller step if that is called for.
 
     A longer step would save little of the few ngspice runs that are needed.
     """

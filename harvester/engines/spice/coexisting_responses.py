@@ -2,7 +2,7 @@
 
 The search (`harvester.engines.coexisting_responses`) is by the equations with a load resistor or
 with ideal elements. A run of ngspice begins in a state of each response that it names, and goes to
-the periodic one near it, where there is one.
+the periodic one near it, if there is one.
 """
 
 import dataclasses
@@ -38,8 +38,9 @@ def with_others(
 ) -> Estimate:
     """The answer with all responses to the same drive, each with ngspice's mean, and what that says of the answer.
 
-    ``steady`` is the response from rest, None where it does not come back.  Not searched is a linear mass, which has
-    one response, and a circuit whose ideal elements are not known; nor where runs or a budget are asked for.
+    ``steady`` is the response from rest, None if it does not come back.  Not searched is a linear
+    mass, which has one response, and a circuit whose ideal elements are not known; nor if runs or a
+    budget are asked for.
     """
     if (options.trajectories, options.duration, options.budget) != (
         None,

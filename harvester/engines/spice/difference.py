@@ -32,11 +32,12 @@ def difference_from_ngspice(
 ) -> dict[str, float]:
     """The relative differences of E[V^2] ("V2") and of the load's power ("load"), the largest at 95 %.
 
-    Runs begin in states of the circuit's own trajectories of the step ``h``, and ``settling`` is left out of each.
-    Both move as the compiled circuit lets the mass move, so that they stay together beside a stop; how the mass answers
-    to the difference is left out, which is of the size of the coupling times it.  Half of the runs do where they show
-    that the load's power differs by less than ``enough``.  Empty where ngspice is missing,
-    gives no answer, or has not ended in `SHARE` of the budget.
+    Runs begin in states of the circuit's own trajectories of the step ``h``, and ``settling`` is
+    left out of each. Both move as the compiled circuit lets the mass move, so that they stay
+    together near a stop; how the mass answers to the difference is left out, which is of the size
+    of the coupling times it.  Half of the runs do if they show that the load's power differs by
+    less than ``enough``.  Empty if ngspice is missing, gives no answer, or has not ended in `SHARE`
+    of the budget.
     """
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.runs import CoupledDevice

@@ -1,6 +1,6 @@
-"""What engine `spice` answers: from runs on noise, from a periodic response, or where its time was over before.
+"""What engine `spice` answers: from runs on noise, from a periodic response, or if its time was over before.
 
-Means, with what is known of their errors, the power balance or the energy ledger, and under a
+Means, with the known part of their errors, the power balance or the energy ledger, and under a
 steady drive the motion.
 """
 
@@ -132,7 +132,7 @@ def steady_estimate(
 
 
 def missed(within: float, power: Value) -> Diagnostic | None:
-    """The warning that a periodic response's power was not known ``within`` an error; None where it is."""
+    """The warning that a periodic response's power was not known ``within`` an error; None if it is."""
     error = None if power.unknown or not power.value else power.known_error95 / abs(power.value)
     return (
         None
@@ -144,7 +144,7 @@ def missed(within: float, power: Value) -> Diagnostic | None:
 def motion_details(
     problem: Problem, value: Callable[[str], Value], last: "PeriodicResponse | CircuitPeriod"
 ) -> dict[str, float]:
-    """RMS displacement about its mean and peaks of |x| and |V|, with errors where known; phases to the base in degrees.
+    """RMS displacement about its mean and peaks of |x| and |V|, with errors if known; phases to the base in degrees.
 
     ``value`` gives a quantity of the ``last`` of the responses at steps that are halved.
     """
@@ -173,7 +173,8 @@ def partial_answer(
 ) -> Estimate:
     """What the cheap model of a ``setup`` knows, or else the means that one run of ngspice had come to.
 
-    Either comes with a warning, and without a whole error.  Where there is neither, the error is raised.
+    Either comes with a warning, and without a whole error.  If there is neither, the error is
+    raised.
     """
     if setup is not None and setup.pair is not None:
         answer = _by_cheap_model(name, problem, error, seconds, setup)

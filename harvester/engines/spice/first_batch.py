@@ -36,7 +36,7 @@ def first_batch(
 ) -> Runs:
     """As many runs as the target is likely to need at least; those of a later batch are as long.
 
-    Raises SimulationError where they would take more steps than the budget has time for, or
+    Raises SimulationError if they would take more steps than the budget has time for, or
     `PATIENCE`.
     """
     n_steps = setup.n_steps(_duration(options, problem, setup, paired))

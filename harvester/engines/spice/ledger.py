@@ -23,8 +23,8 @@ def ledger_entries(
 ) -> dict[str, float]:
     """Where the energy went, the mean of these, in units of ``watts``, with errors; see `energy_ledger`.
 
-    Of several runs each entry has its standard error (by Student's t where they are few).  That of the load, which is
-    the mean power, has the error ``load_bias`` (in these units) beside.
+    For several runs each entry has its standard error (by Student's t if they are few).  That of
+    the load, which is the mean power, has the error ``load_bias`` (in these units) with it.
     """
     from harvester.cosimulation.lockstep.energy_ledger import mean_ledger
 

@@ -50,7 +50,7 @@ class RunMeans:
 
     @property
     def followed(self) -> int:
-        """Runs at twice the step; 0 where they are too few to tell the bias of the step."""
+        """Runs at twice the step; 0 if they are too few to tell the step bias."""
         return len(self.coarse) if len(self.coarse) >= TELLING else 0
 
     def mean_square_voltage(self) -> Controlled:
@@ -99,7 +99,7 @@ class RunMeans:
         return dataclasses.replace(estimate, value=self._with_tolerance(estimate.value, name))
 
     def _step_bias(self, name: str, mean: float) -> float | None:
-        """The bias of the step of a mean, by the cheap model or by runs at twice the step; None where none tells it."""
+        """The step bias of a mean, by the cheap model or by runs at twice the step; None if none tells it."""
         if (relative := self.setup.relative_bias(name)) is not None:
             return abs(relative * mean)
         if not self.followed:
@@ -110,7 +110,7 @@ class RunMeans:
         )
 
     def _controls(self, name: str) -> tuple[Floats | None, Floats | None]:
-        """The controls of the runs' blocks, shape (n, columns), where they have any, or what they explain, shape (n,).
+        """The controls of the runs' blocks, shape (n, columns), if they have any, or what they explain, shape (n,).
 
         With a circuit of ideal elements, which has the same ones, that is their sum with the
         weights that explain that circuit's moment: its many trajectories know them better than the
@@ -135,7 +135,7 @@ class RunMeans:
         return value.with_unknown(TOLERANCE if self.tolerance is None else "")
 
     def moments(self) -> "Moments":
-        """Of all ngspice runs, one entry each."""
+        """For all ngspice runs, one entry each."""
         first, *others = (run.moments for run in self.done)
         return sum(others, first).averaged(self.blocks)
 
@@ -153,9 +153,9 @@ class RunMeans:
         }
 
     def remarks(self) -> list[Diagnostic]:
-        """Warnings of a netlist that gives energy, or goes on storing it.
+        """Warnings of a netlist that gives energy, or continues storing it.
 
-        Raises SimulationError where the load gives power, beyond its error.
+        Raises SimulationError if the load gives power, beyond its error.
         """
         power = self.power().value
         if power.value + power.known_error95 < 0.0:
@@ -194,7 +194,7 @@ def _entries(name: str, several: "Sequence[TrajectoryMeans]", watts: float) -> F
 
 
 def _side_by_side(*both: "Sequence[TrajectoryMeans]") -> Floats | None:
-    """The controls of all, those of each member in columns of its own; None where there are none."""
+    """The controls of all, those of each member in columns of its own; None if absent."""
     columns = [
         [run.moments.controls for run in several if run.moments.controls is not None]
         for several in both

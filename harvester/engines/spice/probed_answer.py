@@ -93,9 +93,9 @@ def with_probes(
 def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: "Runs") -> Estimate:
     """An answer with the means over independent runs, and their errors.
 
-    The error of the step is the most that runs of ngspice and those of twice the step on the same noise leave at 95 %:
-    of a mean a third of their difference, of an extreme, which is of no order, the whole.  That of ngspice's tolerance
-    is measured as that of the power.
+    The time-step error is the most that runs of ngspice and those of twice the step on the same
+    noise leave at 95 %: of a mean a third of their difference, of an extreme, which is of no order,
+    the whole.  That of ngspice's tolerance is measured as that of the power.
     """
     from scipy.special import stdtrit
 
@@ -131,7 +131,7 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
 def with_steady_probes(
     answer: Estimate, problem: Problem, watch: Watch, steady: "Steady"
 ) -> Estimate:
-    """An answer with the means of a periodic response, and errors of step, tolerance and settling where known."""
+    """An answer with the means of a periodic response, and errors (step, tolerance) and settling if known."""
     from harvester.cosimulation.coupled_period import MEASURED
 
     columns = [[_steady_value(steady, k, j) for j in range(4)] for k in range(len(watch.all))]

@@ -44,7 +44,7 @@ def fewest_pairs(within: float | None, blocks: int) -> int:
 class Runs(RunMeans):
     """Trajectories of ``n_steps`` each, of which more can be run.
 
-    What has not ended at the ``deadline`` of `time.monotonic` is given up; ``step_is_fixed`` says
+    What has not ended at the ``deadline`` of `time.monotonic` is given up; ``step_is_fixed`` states
     that the user gave the step.
     """
 
@@ -58,10 +58,10 @@ class Runs(RunMeans):
     warm_up_seconds: float = 0.0
 
     def run_first(self, count: int) -> None:
-        """Run ``count``; where ngspice alone tells the bias of the step, a few with others of twice the step first.
+        """Run ``count``; if ngspice alone tells the step bias, a few with others of twice the step first.
 
-        Of a budget that ends early the others leave what telling the tolerance takes: an error that is known whole is
-        worth more than runs.  Raises as `run_batch`.
+        For a budget that ends early the others leave what telling the tolerance takes: an error
+        that is known whole is worth more than runs.  Raises as `run_batch`.
         """
         from harvester.cosimulation.worker_pool import worker_count
 
@@ -83,7 +83,8 @@ class Runs(RunMeans):
     def run_batch(self, count: int) -> None:
         """Run ``count`` more, or as many as end before the deadline, with a warning.
 
-        Fewer than `fewest_pairs` are no longer paired.  Raises OutOfTimeError where they are fewer than two.
+        Fewer than `fewest_pairs` are no longer paired.  Raises OutOfTimeError if they are fewer
+        than two.
         """
         from harvester.cosimulation import runs as worker
         from harvester.mechanics.kernels.noise import child
@@ -117,7 +118,7 @@ class Runs(RunMeans):
         self.seconds += time.perf_counter() - begin
 
     def _stop_early(self, requested: int, error: OutOfTimeError) -> None:
-        """Use the runs that have ended, or raise the error where they are fewer than two."""
+        """Use the runs that have ended, or raise the error if they are fewer than two."""
         ended = len(self.done)
         alone = self.paired and 2 <= ended < fewest_pairs(LOOSE, self.blocks)
         said = warning("runs_ended", ended=ended, asked=requested, paired=alone)
@@ -130,7 +131,7 @@ class Runs(RunMeans):
     def _run_coarse(
         self, seeds: list[np.random.SeedSequence], starts: "list[Start] | None"
     ) -> None:
-        """The same runs at twice the step, same noise, where no cheap model tells the bias; of probes, a few runs."""
+        """The same runs at twice the step, same noise, if no cheap model tells the bias; of probes, a few runs."""
         from harvester.cosimulation import runs as worker
 
         setup = self.setup
@@ -160,12 +161,13 @@ class Runs(RunMeans):
             setup.diagnostics.append(warning("step_bias_not_measured", error=str(error)))
 
     def measure_tolerance(self, needed: bool = False) -> None:
-        """Measure what ngspice's tolerance does to the moments, where it chooses its steps and time is left.
+        """Measure what ngspice's tolerance does to the moments, if it chooses its steps and time is left.
 
-        On two motions of `TOLERANCE_TIME` after the burn-in: the larger of both counts.  It stays unknown, with a
-        warning, where ngspice does not bear a tenth of its tolerance, or the time is spent before.
+        On two motions of `TOLERANCE_TIME` after the burn-in: the larger of both counts.  It stays
+        unknown, with a warning, if ngspice does not bear a tenth of its tolerance, or the time is
+        spent before.
 
-        Raises ConvergenceError in place of that warning where it is ``needed``.
+        Raises ConvergenceError in place of that warning if it is ``needed``.
         """
         from harvester.cosimulation.same_motion import tolerance_in_workers
         from harvester.mechanics.kernels.noise import child
@@ -199,7 +201,7 @@ class Runs(RunMeans):
         self.seconds += time.perf_counter() - begin
 
     def extend(self, duration: float) -> None:
-        """Go on with the long ensemble of the cheap model."""
+        """Continue with the long ensemble of the cheap model."""
         assert self.setup.pair is not None
         begin = time.perf_counter()
         self.setup.pair.extend(duration)
@@ -222,7 +224,7 @@ class Runs(RunMeans):
     def improve(self, target: Target) -> Diagnostic | None:
         """More pairs and a longer ensemble, in the proportion that costs least; or say why the target is not reached.
 
-        Less than a pair is asked for as one, where nothing else is.
+        Less than a pair is asked for as one, if nothing else is.
         """
         power = self.power()
         variance = target.variance(power.value)

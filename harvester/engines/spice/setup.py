@@ -40,10 +40,10 @@ READING = 0.4  # nondimensional time between readings: V^2 varies on the scale o
 
 @dataclass(frozen=True)
 class SpiceSetup:
-    """What runs, and what is known of it before.
+    """What runs, and the known part of it before.
 
     ``burn_in`` is nondimensional; ``pair`` is the cheap model of the same device, settled, which
-    makes the same steps (None where no circuit of ideal elements serves); ``seconds`` is what all
+    makes the same steps (None if no circuit of ideal elements serves); ``seconds`` is what all
     this took, without compilation; ``starts`` are states of that model, from which runs begin near
     their stationary law (None: at rest, which takes a ``burn_in_from_rest``); ``unknown`` is a part
     of every mean's error that nothing tells; where runs are short, ``difference`` has the relative
@@ -79,7 +79,7 @@ class SpiceSetup:
 
     @property
     def short(self) -> bool:
-        """Whether runs take a compiled circuit on from its states: beside a stop its path and ngspice's soon part."""
+        """Whether runs take a compiled circuit on from its states: near a stop its path and ngspice's soon part."""
         return bool(self.difference)
 
     @property
@@ -112,13 +112,13 @@ class SpiceSetup:
         return "V2" if self.resistive else "load"
 
     def relative_bias(self, name: str) -> float | None:
-        """Of the step, as the cheap model shows it; None where there is none."""
+        """The step bias, as the cheap model shows it; None if absent."""
         return None if self.pair is None else abs(self.pair.relative_bias(name)[0])
 
     def biases(self, tolerance_measured: bool, followed: int) -> Diagnostic | None:
-        """What is known of the bias of the step, where it is not that of the very same equations.
+        """The known part of the step bias, if it is not that of the very same equations.
 
-        ``followed`` are the runs of ngspice beside which others made twice the step.
+        ``followed`` are the runs of ngspice with which others made twice the step.
         """
         if self.resistive:
             return None
@@ -159,7 +159,7 @@ def set_up(
 ) -> SpiceSetup:
     """Step, burn-in and bias come from an ensemble: with a load resistor, or ideal elements, it makes the same steps.
 
-    Where runs may begin ``settled``, they begin in states of the cheap model's circuit
+    If runs may begin ``settled``, they begin in states of the cheap model's circuit
     (`settled_starts`).
 
     MissingProgramError when ngspice is not installed.
@@ -211,12 +211,12 @@ def set_up(
 
 
 def _stride(pilot: "Trajectories") -> int:
-    """Kicks between readings: whole readings in a period of the shaking, where it has one."""
+    """Kicks between readings: whole readings in a period of the shaking, if it has one."""
     return max(1, round(READING / pilot.h)) if pilot.eqs.shaking_period is None else pilot.stride
 
 
 def _burn_in(pilot: "Trajectories", problem: Problem, budget: float | None) -> list[Diagnostic]:
-    """`run_burn_in`, whose error says what in a netlist may feed the motion."""
+    """`run_burn_in`, whose error states what in a netlist may feed the motion."""
     try:
         return run_burn_in(pilot, problem, budget)
     except UnboundedResponseError as error:
@@ -233,7 +233,7 @@ def _difference(
     settling: float,
     options: MonteCarloOptions,
 ) -> dict[str, float]:
-    """What the compiled circuit differs by from ngspice on the same motion, where runs may be short; else none."""
+    """What the compiled circuit differs by from ngspice on the same motion, if runs may be short; else none."""
     if starts is None:
         return {}
     enough = NEAR * (number(options.within) or LOOSE)
@@ -242,7 +242,7 @@ def _difference(
 
 
 def _settled_after(pilot: "Trajectories") -> float:
-    """The time in which a motion from rest settles: that of the pilot, of whose starts others may take longer."""
+    """The time in which a motion from rest settles: that of the pilot, of whose starts others may need longer."""
     from harvester.mechanics.ensemble.burn_in import (
         CORRELATION_TIMES,
         TRANSIENTS,
@@ -254,7 +254,7 @@ def _settled_after(pilot: "Trajectories") -> float:
 
 
 def _whole_periods(time: float, period: float | None) -> float:
-    """A time rounded up to whole periods of the shaking, where it has one."""
+    """A time rounded up to whole periods of the shaking, if it has one."""
     return time if period is None else period * math.ceil(time / period - 1e-6)
 
 

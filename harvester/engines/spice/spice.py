@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import MomentExistence, existence
+from harvester.engines.not_periodic import not_periodic
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Engine, Progress, needs_circuit, served
 from harvester.engines.sampling import refine
@@ -28,7 +29,7 @@ from harvester.errors import (
     OutOfTimeError,
     invalid,
 )
-from harvester.presentation.diagnostic import Diagnostic, note, refusal
+from harvester.presentation.diagnostic import Diagnostic, refusal
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target
 
@@ -41,43 +42,45 @@ RUNNING = 0.5
 
 
 class Spice(MonteCarloOptions, Engine):
-    """The fully coupled equations, the electrical side a netlist in ngspice in lock-step with the mass.
+    """Solve the coupled equations with the netlist in ngspice, in lock-step with the mass.
 
-    A few ngspice runs have the standard error of many more, with no bias from that, by two kinds of control variates:
-    a cheap model on the same noise, whose mean a long ensemble knows, that is the exact update of a load resistor or
-    the netlist's circuit made of ideal diodes and switches; and under white noise sums of mean zero from ngspice's own
-    states.  With ideal elements the runs begin in settled states of these, else at rest.
-
-    >>> import harvester as hv
-    >>> hv.Spice(within="1%", budget="30s").budget
-    30.0
+    Two kinds of control variates reduce the standard error of a few ngspice runs, without bias: a
+    cheap model on the same noise, whose mean a long ensemble determines (the exact update of a load
+    resistor, or the netlist's circuit of ideal diodes and switches), and under white noise sums of
+    mean zero from ngspice's own states. With ideal elements the runs start in settled states of
+    these, otherwise at rest.
 
     Parameters
     ----------
     within, budget, seed, duration, trajectories, dt
-        the options of `run`.
+        As in `run`.
     alone
-        ngspice runs only, from rest, and their plain mean.
+        Average plain ngspice runs started from rest, without variance reduction.
     reltol
         ngspice's relative tolerance, for a netlist.
     gaussian
         Gaussian noise in place of the three-point noise of the ensemble; only with ``alone``.
     probe
-        other quantities of the circuit to tell, such as "store" or "v(a,b)".
+        Circuit quantities to report, such as "store" or "v(a,b)".
     ledger
-        tell what each element of the circuit takes, too.
+        Also report the mean power dissipated in each element.
 
     Raises
     ------
     CannotServeError
-        without a load or anything that shakes the mass at rest.
+        The scene has no load, or no excitation moves the mass at rest.
     MissingProgramError
-        when ngspice is not installed.
+        ngspice is not installed.
     CircuitError
-        when ngspice refuses the circuit or does not converge, or too few runs end in the
-        ``budget``.
+        ngspice refuses the circuit or does not converge, or too few runs end within the ``budget``.
     UnboundedResponseError
-        where no stationary response exists.
+        No stationary response exists.
+
+    Examples
+    --------
+    >>> import harvester as hv
+    >>> hv.Spice(within="1%", budget="30s").budget
+    30.0
     """
 
     alone: bool = False
@@ -107,7 +110,7 @@ class Spice(MonteCarloOptions, Engine):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None where it can."""
+        """Why the engine cannot serve a problem; None if it can."""
         if problem.netlist is None and problem.equations.mu is None:
             return refusal("needs_load", cls.NAME, engine=cls.NAME)
         if problem.netlist is not None:
@@ -121,7 +124,7 @@ class Spice(MonteCarloOptions, Engine):
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Independent trajectories, each its own ngspice run; means after the burn-in.
 
-        Under a steady drive the periodic response, where it has one, unless
+        Under a steady drive the periodic response, if it has one, unless
         trajectories or a duration are given.
         """
         problem = Problem.of(scene)
@@ -134,9 +137,9 @@ class Spice(MonteCarloOptions, Engine):
         return self.refusal(problem) is None and is_the_only_one(self, problem)
 
     def run_continued(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
-        """`run` for each scene, by continuation from the one before where it `continues`, or the error that it raises.
+        """`run` for each scene, by continuation from the one before if it `continues`, or the error that it raises.
 
-        Raises MissingProgramError, which is no fault of a scene.
+        Raises MissingProgramError, which is not a fault of a scene.
         """
         answers = list[Estimate | HarvesterError]()
         near = None
@@ -155,7 +158,7 @@ class Spice(MonteCarloOptions, Engine):
     def _run(
         self, problem: Problem, near: Steady | None, progress: Progress | None = None
     ) -> tuple[Estimate, Steady | None]:
-        """`run_near`, or what is known where the time was over before."""
+        """`run_near`, or what is known if the time was over before."""
         begin = time.perf_counter()
         try:
             return self.run_near(problem, near, progress)
@@ -202,7 +205,7 @@ class Spice(MonteCarloOptions, Engine):
                 return with_steady_probes(
                     answer, problem, watch, steady
                 ) if watch.all else answer, steady
-            said.append(note("not_periodic"))
+            said.append(not_periodic(problem))
         searched = time.perf_counter() - begin
         code = machine_code()
         setup = set_up(
@@ -225,7 +228,7 @@ class Spice(MonteCarloOptions, Engine):
         exists: MomentExistence,
         progress: Progress | None,
     ) -> tuple[Runs, list[Diagnostic | None]]:
-        """The runs of an answer, and what to say of their target; again with a shunt where any does not converge."""
+        """The runs of an answer, and what to say of their target; again with a shunt if any does not converge."""
         begin = time.monotonic()
         for k, shunt in enumerate(SHUNTS, 1):
             try:
@@ -253,7 +256,7 @@ class Spice(MonteCarloOptions, Engine):
     ) -> tuple[Runs, Target | None]:
         """The first batch of runs, and the target that they work towards.
 
-        Where the netlist does not bear states of ideal elements, such as beyond a breakdown, they
+        If the netlist does not bear states of ideal elements, such as beyond a breakdown, they
         begin at rest.
         """
         from harvester.cosimulation import runs as worker

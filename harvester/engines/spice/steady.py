@@ -2,8 +2,8 @@
 
 The response is found once, from rest or from a neighbouring one, and followed to steps of a half
 and a quarter and to a tenth of ngspice's tolerance; ngspice integrates by the trapezoidal rule, or
-by Gear's where that does not converge. Where neither does, each node has a capacitance to ground,
-which is halved with the first tenth of the tolerance. What the step changes is extrapolated where
+by Gear's if that does not converge. If neither does, each node has a capacitance to ground,
+which is halved with the first tenth of the tolerance. What the step changes is extrapolated if
 it falls as the order says (`harvester.uncertainty.richardson`), what the tolerance changes is
 added; what both may still change, and what settling further would, is the error.
 
@@ -50,13 +50,15 @@ NEIGHBOURS = 8
 class Steady:
     """A periodic response at several steps and tolerances of ngspice.
 
-    ``responses`` has it by how often the step was halved and the tolerance divided by ten.  The mean is that of the
-    tolerance ``tenths``, at the last three steps there are for it; the finest of them is there for the next tolerance,
-    too.  ``first`` is the device of the longest step, which may be halved ``halvings`` times, and of the largest
-    tolerance; ``within`` is the relative error to work towards; ``unknown`` says why the error is not known, where it
-    is not; ``continued`` that it comes from that of a scene a little different, and not from rest: from ``before``, at
-    the longest step.  Of that scene ``near`` has the other steps, and ``reused`` is the relative error of the
-    tolerance that was measured so many neighbours ago.  ``diverged`` says that some run did not converge.
+    ``responses`` has it by how often the step was halved and the tolerance divided by ten.  The
+    mean is that of the tolerance ``tenths``, at the last three steps there are for it; the finest
+    of them is there for the next tolerance as well.  ``first`` is the device of the longest step,
+    which may be halved ``halvings`` times, and of the largest tolerance; ``within`` is the relative
+    error to work towards; ``unknown`` states why the error is not known, if it is not;
+    ``continued`` that it comes from that of a scene a little different, and not from rest: from
+    ``before``, at the longest step.  For that scene ``near`` has the other steps, and ``reused`` is
+    the relative tolerance error that was measured so many neighbours ago.  ``diverged`` states that
+    some run did not converge.
     """
 
     first: "CoupledDevice"
@@ -80,7 +82,7 @@ class Steady:
 
     @property
     def remains(self) -> float:
-        """Of the change to a tenth of the tolerance, what may remain there.
+        """For the change to a tenth of the tolerance, what may remain there.
 
         Gear's damping falls more slowly, and of what capacitances from each node to ground do, half
         remains.
@@ -183,7 +185,7 @@ class Steady:
 
     @property
     def shunted(self) -> Diagnostic | None:
-        """The warning that each node has a capacitance to ground; None where it has none."""
+        """The warning that each node has a capacitance to ground; None if it has none."""
         if not (shunt := self.first.shunt):
             return None
         return warning(
@@ -191,7 +193,7 @@ class Steady:
         )
 
     def reusable(self) -> tuple[float, int] | None:
-        """What a neighbour may take for the relative error of its tolerance; None where it must measure that."""
+        """What a neighbour may take for the relative tolerance error; None if it must measure that."""
         if self.unknown or self.tenths or self.first.probes:
             return None
         if self.reused is not None:
@@ -220,17 +222,17 @@ class Steady:
         return value + change, (step, tolerance, left)
 
     def value(self, name: str) -> Value:
-        """A quantity of `errors` with its whole error; as it was last found and without, where that is not known."""
+        """A quantity of `errors` with its whole error; as it was last found and without, if that is not known."""
         if self.unknown:
             return Value(float(getattr(self.last, name)), unknown=STEP_AND_TOLERANCE)
         value, parts = self.errors(name)
         return Value(value, bias=sum(parts))
 
     def measure(self, tolerant: bool) -> None:
-        """Find the response at two smaller steps, and where ngspice is ``tolerant``, at a tenth of its tolerance.
+        """Find the response at two smaller steps, and if ngspice is ``tolerant``, at a tenth of its tolerance.
 
-        Where the tolerance alone makes too large an error, the steps are those of that tenth.  Where it made next to
-        nothing in a neighbour, it is not measured again.
+        If the tolerance alone makes too large an error, the steps are those of that tenth.  If it
+        made next to nothing in a neighbour, it is not measured again.
         """
         self.reused = None if self.near is None or not tolerant else self.near.reusable()
         if not tolerant or self.reused is not None:
@@ -281,7 +283,7 @@ class Steady:
         return True
 
     def make_precise(self, progress: Progress | None = None) -> None:
-        """Go on to smaller steps and tolerances until the error of the power is known, and small enough."""
+        """Go on to smaller steps and tolerances until the power error is known, and small enough."""
         if self.halvings < 2:
             self.unknown = _unknown("step")
             return

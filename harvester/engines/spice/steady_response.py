@@ -1,6 +1,6 @@
 """How engine `spice` finds the response to a steady drive: from rest, or by continuation from a neighbouring one.
 
-Where the mass is linear and the circuit feeds nothing there is one response only, and from that of
+If the mass is linear and the circuit feeds nothing there is one response only, and from that of
 a neighbouring scene it is found in a few periods.
 """
 
@@ -43,10 +43,11 @@ def steady_response(
     probes: tuple[Probe, ...] = (),
     near: "Steady | Neighbour | None" = None,
 ) -> Steady | None:
-    """The response from rest to a steady drive, and its errors; None where it does not come back.
+    """The response from rest to a steady drive, and its errors; None if it does not come back.
 
-    With ``near``, the response of a scene a little different, it is that which a slow change leads to.  It goes on to
-    smaller steps and tolerances until the target is reached, the budget spent, or nothing is left.
+    With ``near``, the response of a scene a little different, it is that which a slow change leads
+    to.  It continues to smaller steps and tolerances until the target is reached, the budget spent,
+    or nothing is left.
 
     Raises as `harvester.cosimulation.runs.run_in_this_process`.
     """
@@ -76,10 +77,10 @@ def steady_response(
 
 
 def _precise(steady: Steady, near: "Neighbour | None", progress: Progress | None) -> Steady | None:
-    """The response made precise; where ngspice does not converge, with a capacitance from each node to ground.
+    """The response made precise; if ngspice does not converge, with a capacitance from each node to ground.
 
-    The package's own netlists need none: their diodes have capacitances.  Where a circuit needs more than all that are
-    tried, it is the first response that was found; None where none was.
+    The package's own netlists need none: their diodes have capacitances.  If a circuit needs more
+    than all that are tried, it is the first response that was found; None if none was.
     """
     first = None
     shunts = SHUNTS[:-1] if steady.first.load.topology is None else (0.0,)

@@ -1,10 +1,11 @@
-"""The ways of Linux and macOS: POSIX, and what each has besides."""
+"""The ways of Linux and macOS: POSIX, and what each has in addition."""
 
 import sys
 
 assert sys.platform != "win32"  # checkers of types read on for other systems only
 
 import ctypes.util
+import errno
 import fcntl
 import os
 import re
@@ -30,6 +31,25 @@ class Posix:
         """Open a file for reading, without waiting for the writer of a pipe: O_NONBLOCK."""
         return os.open(path, os.O_RDONLY | os.O_NONBLOCK)
 
+    def open_new(self, path: Path) -> int:
+        """Open a new file for writing: O_EXCL, and O_NOFOLLOW against a link of that name."""
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+        return os.open(path, flags, 0o666)  # less the user's umask
+
+    def flush_folder(self, path: Path) -> None:
+        """Flush the names in a folder to the disk, if the folder can be read and has a disk."""
+        try:
+            folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        except PermissionError:  # a folder that may be written only
+            return
+        try:
+            os.fsync(folder)
+        except OSError as error:
+            if error.errno not in (errno.EINVAL, errno.ENOTSUP):
+                raise
+        finally:
+            os.close(folder)
+
     def open_to_lock(self, path: Path) -> int:
         """Open a file for `lock`, made if it is missing, and not for other processes; a pipe waits for nobody so."""
         return os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
@@ -39,7 +59,7 @@ class Posix:
         return os.open(path, os.O_RDONLY)
 
     def lock(self, file: int) -> bool:
-        """Lock an open file until it is closed, by flock, which ends with the process; False where another one has it.
+        """Lock an open file until it is closed, by flock, which ends with the process; False if another one has it.
 
         Raises OSError if files cannot be locked.
         """
@@ -110,12 +130,12 @@ class Linux(Posix):
     """What Linux has besides: limits of the address space, /proc, and a list of installed libraries."""
 
     def address_space(self) -> int | None:
-        """The bytes of memory that this process may address, by `ulimit -v`; None if there is no limit."""
+        """The bytes of memory that this process may address, by `ulimit -v`; None without a limit."""
         room = resource.getrlimit(resource.RLIMIT_AS)[0]
         return None if room == resource.RLIM_INFINITY else room
 
     def processor(self) -> str:
-        """The name of CPU time, from /proc; '' where the system does not say."""
+        """The name of CPU time, from /proc; '' if the system does not say."""
         with suppress(OSError):
             text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
             if match := re.search(r"^model name\s*:\s*(.*\S)", text, re.MULTILINE):
@@ -141,7 +161,7 @@ class Linux(Posix):
         return Path(library)
 
     def _listed(self) -> str:
-        """The linker's list, empty if there is none."""
+        """The linker's list, empty if absent."""
         with suppress(FileNotFoundError, PermissionError):
             return subprocess.run(
                 ["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False
@@ -166,7 +186,7 @@ class MacOS(Posix):
         return ""
 
     def library(self, name: str) -> str | None:
-        """Look where the system's own search does not, too: Homebrew on Apple's processors."""
+        """Look where the system's own search does not as well: Homebrew on Apple's processors."""
         paths = [Path(folder) / f"lib{name}.dylib" for folder in _LIBRARY_FOLDERS]
         return ctypes.util.find_library(name) or next(
             (str(path) for path in paths if path.is_file()), None

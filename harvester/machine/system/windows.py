@@ -37,7 +37,7 @@ class Windows:
         return ""
 
     def library(self, name: str) -> str | None:
-        """Look along PATH, where Windows looks too."""
+        """Look along PATH, where Windows looks as well."""
         return ctypes.util.find_library(name) or ctypes.util.find_library(f"lib{name}-0")
 
     def library_file(self, library: str) -> Path:
@@ -47,6 +47,14 @@ class Windows:
     def open_to_read(self, path: str | Path) -> int:
         """Open as bytes; Windows keeps pipes elsewhere than files."""
         return os.open(path, os.O_RDONLY | os.O_BINARY)
+
+    def open_new(self, path: Path) -> int:
+        """Open a new file for writing, as bytes; Windows has no such links in general."""
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_BINARY | os.O_NOINHERIT
+        return os.open(path, flags, 0o666)
+
+    def flush_folder(self, path: Path) -> None:
+        """Do nothing: Windows opens no folder as a file, and keeps a journal of names."""
 
     def open_to_lock(self, path: Path) -> int:
         """Open for reading and writing, and for this process only."""
@@ -83,7 +91,7 @@ class Windows:
             os.chdir(here)
 
     def own_group(self) -> dict[str, Any]:
-        """Of processes, which ^C of the console does not reach."""
+        """For processes, which ^C of the console does not reach."""
         return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
 
     def group_lives(self, group: int) -> bool:
@@ -115,7 +123,7 @@ class Windows:
             _kernel().CloseHandle(handle)
 
     def give_way(self, priority: int) -> None:
-        """Go on as before: the priorities of Windows are others."""
+        """Continue as before: the priorities of Windows are others."""
 
     def after_fork(self, function: Callable[[], None]) -> None:
         """Do nothing: Windows does not fork."""
@@ -132,6 +140,6 @@ def _kernel() -> "ctypes.WinDLL":
 
 
 def _handle(process: int) -> int | None:
-    """What Windows waits with for a process; None if there is no such process."""
+    """What Windows waits with for a process; None if there is not such a process."""
     handle: int | None = _kernel().OpenProcess(_SYNCHRONIZE, False, process)
     return handle

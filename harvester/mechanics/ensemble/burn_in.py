@@ -3,11 +3,11 @@
 Windows of doubled length follow each other until the means of E[x^2], E[x'^2] and E[V^2] in two
 neighbours agree within two standard errors, and until these times have gone by: `LOAD_TIMES` time
 constants of the load (1/mu; with a circuit, `CHARGING_TIMES` of its capacitor, kappa/mu, and its
-power agrees too) and `CORRELATION_TIMES` correlation times of the energy, of V^2 and of the load's
-power, estimated from the same window.  The last one may be shorter.
+power agrees as well) and `CORRELATION_TIMES` correlation times of the energy, of V^2 and of the
+load's power, estimated from the same window.  The last one may be shorter.
 
-Between unlike wells these times are those of x, too, which sees hops.  Where hops are so rare that
-this would take too long, the burn-in ends when all else is forgotten
+Between unlike wells these times are those of x as well, which sees hops.  Where hops are so rare
+that this would take too long, the burn-in ends when all else is forgotten
 (`harvester.mechanics.ensemble.hopping`).
 """
 
@@ -231,11 +231,11 @@ def check_cost(
     begin: float,
     before: float = 0.0,
 ) -> None:
-    """Refuse a window of a ``length`` that would go beyond the budget, or beyond `MOST_STEPS` if there is none.
+    """Refuse a window of a ``length`` beyond the budget, or without one, beyond `MOST_STEPS`.
 
     The rate of steps is counted from ``begin``, the budget from ``before`` seconds earlier.
 
-    Raises SimulationError, which says what would help.
+    Raises SimulationError, which states what would help.
     """
     beyond, steps, seconds = _cost(
         trajectories, length, budget if budget is None else budget - before, begin

@@ -1,7 +1,7 @@
 """The responses to a steady drive that trajectories from many starts come to: which are one, and of what kind each is.
 
 Each trajectory has a phase of the drive of its own, so that what is compared between them are means
-over whole periods. A response that comes back after some periods of the drive is periodic; of one
+over whole periods. A response that comes back after some periods of the drive is periodic; for one
 that does not, neighbouring motions part exponentially if it is chaotic (a positive Lyapunov
 exponent), and stay together if it is quasi-periodic.
 """

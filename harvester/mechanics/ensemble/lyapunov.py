@@ -6,7 +6,7 @@ included, so that a trajectory may be scaled at any time without changing what i
     lambda = lim ln |(x, x', V)| / t = (sum of the logs of the scales) / time
 
 The steps are those of `harvester.mechanics.kernels.equation_of_motion` (`drift`, `kick`).  V counts
-where it acts on the mass through a load; without a load V = x is a spring; without coupling the
+if it acts on the mass through a load; without a load V = x is a spring; without coupling the
 size is that of (x, x').
 """
 
@@ -41,10 +41,10 @@ _RESCALED = 0.4  # time units, about, between two rescalings
 def grow(b, logs, pushes, rounds, draws, coarse, h, c):  # type: ignore[no-untyped-def]
     """Advance a batch and rescale it after each of ``rounds``; add the logs of the scales to ``logs``.
 
-    b, h and c are as of `harvester.mechanics.kernels.trajectory_batch.advance`.  ``pushes``, shape (3, BATCH), gets
-    sums of mean zero: of g |x| sqrt(2 N2 h) xi over the square of the size, for g = x', which kicks add to the logs to
-    first order, and g = x and V.  A round has ``draws`` of two random variates, for two steps each or, where these are
-    ``coarse``, for one.
+    b, h and c are as of `harvester.mechanics.kernels.trajectory_batch.advance`.  ``pushes``, shape
+    (3, BATCH), gets sums of mean zero: of g |x| sqrt(2 N2 h) xi over the square of the size, for g
+    = x', which kicks add to the logs to first order, and g = x and V.  A round has ``draws`` of two
+    random variates, for two steps each or, if these are ``coarse``, for one.
     """
     x = b.x
     v = b.v
@@ -81,7 +81,7 @@ def grow(b, logs, pushes, rounds, draws, coarse, h, c):  # type: ignore[no-untyp
 
 @forced
 def _square(s, c):  # type: ignore[no-untyped-def]
-    """The square of the size: of (x, x', V), or of (x, x') where the voltage does not act through a load."""
+    """The square of the size: of (x, x', V), or of (x, x') if the voltage does not act through a load."""
     square = s.x * s.x + s.v * s.v
     if c.mu is not None:
         square += s.V * s.V
@@ -89,16 +89,16 @@ def _square(s, c):  # type: ignore[no-untyped-def]
 
 
 def memory(eqs: Equations) -> float:
-    """Time after which the start is forgotten: that of the phase, and of the voltage where it acts."""
+    """Time after which the start is forgotten: that of the phase, and of the voltage if it acts."""
     return MEMORIES / min(0.1, eqs.mu if eqs.beta and eqs.mu else 0.1)
 
 
 @dataclass(frozen=True)
 class Growth:
-    """A measured exponent (nondimensional), with its errors and what it took.
+    """A measured exponent (nondimensional), with its errors and its cost.
 
-    ``bias`` is the size of the error of the finite step; ``samples`` holds one exponent a
-    trajectory, ``pushed``, shape (n, 3), sums of mean zero beside it: the controls
+    ``bias`` is the size of the time-step error; ``samples`` holds one exponent a
+    trajectory, ``pushed``, shape (n, 3), sums of mean zero next to it: the controls
     (`harvester.uncertainty.control_variate`) of ``value``.
     """
 

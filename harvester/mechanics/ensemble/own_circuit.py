@@ -41,7 +41,7 @@ class OwnCircuit(Protocol):
         """Advance a batch, whose states are all in ``state``, by a schedule of steps of h."""
 
     def check_sums(self, sums: Floats, state: Floats) -> None:
-        """Raise an error where too many steps of the circuit failed; ``sums`` are those that are of it alone."""
+        """Raise an error if too many circuit steps failed; ``sums`` are those that are of it alone."""
 
     def trace(
         self,

@@ -1,7 +1,7 @@
 """The time-step bias, measured: trajectories beside others of twice the step, on the same noise.
 
-Beside a stop of strong impacts, whose bias falls slowly with the step, there are others of four
-times the step, too.
+Near a stop of strong impacts, whose bias falls slowly with the step, there are others of four
+times the step as well.
 """
 
 import contextlib
@@ -29,7 +29,7 @@ GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, tho
 def compile_pair(trajectories: Trajectories, budget: float | None = None) -> None:
     """Compile all that a `RichardsonPair` of trajectories calls, by a few steps of a single block of them.
 
-    Raises SimulationError, before anything is computed, where the shortest burn-in would go beyond
+    Raises SimulationError, before anything is computed, if the shortest burn-in would go beyond
     the ``budget``.
     """
     check_cost(trajectories, FIRST_WINDOW, budget, time.perf_counter())
@@ -51,15 +51,16 @@ class RichardsonPair:
     averages, ``seconds_a_unit`` what a unit of time took in the last `extend`.
 
     Trajectories that share a record of tabulated noise have soon seen all of it, and are one entry
-    together: to go on, others begin on other records.
+    together: to continue, others begin on other records.
 
     A ``twin`` is a pair with a circuit of ideal elements in the place of a compiled one, at the same step: it tells the
     bias for a thousandth of the time.  Both circuits meet the mass in the same way, once a step, and the compiled one
     takes parts of a step as short as its own error asks for, whatever the step is.
 
-    Trajectories with a circuit's own kernel, whose steps are dear, begin at other steps in states of these, and not
-    from rest.  Where the order holds their means are extrapolated to a step of 0 (`extrapolates`): to begin anew at
-    half of the step takes longer than the sampling error that this adds.  What it may leave of the bias is stated.
+    Trajectories with a circuit's own kernel, whose steps are dear, begin at other steps in states
+    of these, and not from rest.  If the order holds their means are extrapolated to a step of 0
+    (`extrapolates`): to begin anew at half of the step needs longer than the sampling error that
+    this adds.  What it may leave of the bias is stated.
     """
 
     def __init__(
@@ -91,7 +92,7 @@ class RichardsonPair:
         self._extend(duration)
 
     def _coarser_ones(self) -> list[Trajectories]:
-        """Trajectories of twice the step, and of four times where two steps do not suffice."""
+        """Trajectories of twice the step, and of four times if two steps do not suffice."""
         coarser = [self.trajectories.coarser()]
         if self.order < STRONG and not self.trajectories.eqs.is_shaken_otherwise:
             coarser.append(coarser[0].coarser())
@@ -156,7 +157,7 @@ class RichardsonPair:
         self.seconds_a_unit = (time.perf_counter() - clock) / duration
 
     def _extend_coarser(self, now: Moments, duration: float) -> None:
-        """Let the coarser trajectories follow, and stop them where they grow without bound."""
+        """Let the coarser trajectories follow, and stop them if they grow without bound."""
         try:
             then = [coarse.run(duration) for coarse in self._coarser]
         except UnboundedResponseError:
@@ -178,13 +179,13 @@ class RichardsonPair:
         return before.mixed(now, share) if self.trajectories.together == 1 else before + now
 
     def stop_coarse(self) -> None:
-        """Leave the coarser trajectories where they are: the bias is known well enough, or cannot be known."""
+        """Leave the coarser trajectories where they are: the bias is known, or cannot be."""
         self._steps += sum(coarse.steps for coarse in self._coarser)
         self._coarser = []
 
     @property
     def coarse_is_stopped(self) -> bool:
-        """Whether only the trajectories of the step h go on."""
+        """Whether only the trajectories of the step h continue."""
         return not self._coarser
 
     def with_step(self, h: float) -> "RichardsonPair":
@@ -212,7 +213,7 @@ class RichardsonPair:
 
     @property
     def extrapolates(self) -> bool:
-        """Whether means are those of a step of 0, so that the coarser trajectories go on."""
+        """Whether means are those of a step of 0, so that the coarser trajectories continue."""
         return bool(
             self._goes_on_from_states
             and self._moments_of_all
@@ -238,7 +239,7 @@ class RichardsonPair:
     def bias(self, name: str) -> tuple[float, float]:
         """Bias of one moment's mean, and its standard error: at the step h, or what extrapolation may leave of it.
 
-        Where twice the step is unstable nothing is known of it: the mean itself.
+        If twice the step is unstable nothing is known of it: the mean itself.
         """
         if self._twin is not None:
             size = abs(self.mean(name)[0])
@@ -253,12 +254,12 @@ class RichardsonPair:
         return left * bias, left * error
 
     def largest_bias(self, name: str) -> float:
-        """The size of the `bias` that is stated: where it falls slowly with the step, the largest at 95 %."""
+        """The size of the `bias` that is stated: if it falls slowly with the step, the largest at 95 %."""
         bias, error = self.bias(name)
         return abs(bias) + (Value(bias, error).sampling95 if self.order < STRONG else 0.0)
 
     def relative_bias(self, name: str) -> tuple[float, float]:
-        """`bias` as a part of the mean; of a mean of zero, where nothing moves, as it is."""
+        """`bias` as a part of the mean; for a mean of zero, if nothing moves, as it is."""
         bias, error = self.bias(name)
         size = abs(self.mean(name)[0]) or 1.0
         return bias / size, error / size
@@ -266,7 +267,7 @@ class RichardsonPair:
     def extrapolated(self, name: str) -> tuple[float, float]:
         """Mean of one moment at a step of 0, and its standard error; over the time that all steps ran.
 
-        Where twice the step is unstable, the mean at the step h.
+        If twice the step is unstable, the mean at the step h.
         """
         return (
             mean_and_error(extrapolated(*self._at_all_steps(name)))

@@ -24,7 +24,6 @@ from harvester.machine.cores import cores
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.own_circuit import OwnCircuit
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary, interleaved
-from harvester.mechanics.kernels.coefficients import coefficients
 from harvester.mechanics.kernels.control_variates import boundary
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import update_of
@@ -52,6 +51,7 @@ from harvester.mechanics.kernels.trajectory_batch import (
     mid_drift,
 )
 from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion
+from harvester.mechanics.trace import mechanics_of
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
@@ -73,7 +73,7 @@ class NotFiniteError(UnboundedResponseError):
 class Trajectories:
     """A set of trajectories in blocks of `BATCH`, with their own random generators.
 
-    ``count`` is their number, ``together`` of them are on one record of a density, ``h`` is the
+    ``count`` is their number, ``together`` of them are on one recording of a density, ``h`` is the
     nondimensional step, ``time`` how far they are and ``steps`` the trajectory-steps made in all;
     ``state`` holds x, x', V (with a circuit also its capacitor's voltage and the switch's place),
     shape (blocks, 3 or 5, BATCH), after a kick.
@@ -90,20 +90,21 @@ class Trajectories:
         nondimensional step; None: `STEP` over `typical_frequency`, which the burn-in may make
         shorter.
     start
-        x, x' and V at the beginning, shape (3,) or (3, count) with whole blocks; None: at rest, in each of
-        `resting_places` in turn.  Where nothing random shakes it, off it by 1 or half-way to the opposite stop; under a
-        drive spread over that distance, so that several responses to it are found.
+        x, x' and V at the beginning, shape (3,) or (3, count) with whole blocks; None: at rest, in
+        each of `resting_places` in turn.  If nothing random shakes it, off it by 1 or half-way to
+        the opposite stop; under a drive spread over that distance, so that several responses to it
+        are found.
     circuit
         the load, in place of the resistive one of the equations; its capacitor is empty at first.
     ngspice_rule
         advance the load resistor by ngspice's integration rule
         (`harvester.mechanics.kernels.ngspice_rule`), for a stop at rest or none.
     controlled
-        with the sums of mean zero that make means cheaper, where white or coloured noise has any:
+        with the sums of mean zero that make means cheaper, if white or coloured noise has any:
         see `harvester.mechanics.kernels.control_variates`, `circuit_features` and
         `shaken_features`.
     origin
-        ``state``, ``filter`` and ``words`` of others, to go on from.
+        ``state``, ``filter`` and ``words`` of others, to continue from.
 
     Raises InputError for a start behind a stop, a step out of range, and a circuit on a device with
     mu.
@@ -146,9 +147,7 @@ class Trajectories:
         self.ngspice_rule = ngspice_rule
         self.steps = 0
         self.put_behind(circuit)
-        self._coefficients: Any = (
-            coefficients(eqs) if self.modes is None else self.modes.coefficients
-        )
+        self._coefficients = mechanics_of(eqs).coefficients
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
         self._kind = circuit, ngspice_rule, self.controlled
@@ -198,10 +197,11 @@ class Trajectories:
             self.state[:], self.filter[:], self.words[:] = self._origin
 
     def put_behind(self, circuit: IdealCircuit | OwnCircuit | None) -> None:
-        """Go on with a circuit of the same elements with other values."""
+        """Continue with a circuit of the same elements with other values."""
         self.circuit = circuit
+        ideal = circuit if isinstance(circuit, IdealCircuit) else None
         self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
-        self.modes = _modal_motion(self.eqs, circuit)
+        self.modes = None if self.eqs.modes is None else ModalMotion(self.eqs, ideal)
 
     def _begin_shaking(self) -> None:
         """Make the filters of shaking other than white noise; all share a record that is not drawn at random."""
@@ -220,7 +220,7 @@ class Trajectories:
         """Advance all trajectories by ``duration`` (rounded to whole samples, and periods of a drive) and average.
 
         Raises UnboundedResponseError when a trajectory leaves the finite numbers, CircuitError
-        where too many steps of a circuit fail.
+        if too many circuit steps fail.
         """
         if duration > MOST_STEPS * self.h:
             raise invalid(
@@ -367,7 +367,7 @@ class Trajectories:
     def coarser(self) -> "Trajectories":
         """Fresh trajectories of the same scene, number and start at twice the step, on the same noise.
 
-        Without shaking other than white noise these have coarser ones, too.
+        Without shaking other than white noise these have coarser ones as well.
         """
         other = Trajectories(self.eqs, self.count, self.seed, 2.0 * self.h, self.start, *self._kind)
         other.doublings = self.doublings + 1
@@ -383,23 +383,31 @@ class Trajectories:
 
 
 def _each(block: Callable[[int], None], blocks: int, steps: int, given_up: threading.Event) -> None:
-    """Call ``block`` with the number of each of the blocks, which have so many ``steps``; ``given_up``: by ^C."""
-    with ThreadPoolExecutor(cores()) as pool:
+    """Call ``block`` with the number of each of the blocks of so many ``steps``.
+
+    Each thread works on one block after the other: a task for each would cost as much as a hundred
+    steps of it. ``given_up``, set by ^C, ends them after their piece.
+    """
+    waiting = iter(range(blocks))  # which gives each number once, whatever thread asks
+
+    def work() -> None:
+        for k in waiting:
+            if given_up.is_set():
+                return
+            block(k)
+
+    if steps * blocks <= SOON:
+        work()
+        return
+    threads = min(cores(), blocks)
+    with ThreadPoolExecutor(threads) as pool:
         try:
-            list((pool.map if steps * blocks > SOON else map)(block, range(blocks)))
-        except BaseException:  # the threads end after their piece
+            for task in [pool.submit(work) for _ in range(threads)]:
+                task.result()
+        except BaseException:
             given_up.set()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-
-
-def _modal_motion(eqs: Equations, circuit: IdealCircuit | OwnCircuit | None) -> ModalMotion | None:
-    """What moves several modes, with an ideal circuit or without; None of one mode."""
-    return (
-        None
-        if eqs.modes is None
-        else ModalMotion(eqs, circuit if isinstance(circuit, IdealCircuit) else None)
-    )
 
 
 def _has_controls(eqs: Equations) -> bool:

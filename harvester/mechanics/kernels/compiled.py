@@ -7,6 +7,7 @@ interpreted or compiled to exactly the same arithmetic.
 """
 
 import hashlib
+import inspect
 import os
 import re
 import sys
@@ -22,6 +23,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba import extending as numba_extending
 from numba.core import caching as numba_caching
 from numba.core import config as numba_config
 from numba.core.dispatcher import Dispatcher
@@ -34,15 +36,18 @@ from harvester.mechanics.kernels.kernel_cache import FilesOfThisPackage, KeptFil
 config: Any = numba_config
 njit: Any = numba.njit
 caching: Any = numba_caching
+extending: Any = numba_extending
 F = TypeVar("F", bound=Callable[..., Any])
 
 # The compiler may contract and reorder, but nan and infinity keep their meaning (no `nnan`,
 # no `ninf`): a response that blows up must be seen.
 FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 STRICT: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}
+_DECORATING = threading.RLock()
 LONGEST_WAIT = 30.0  # s, for a compilation in another process
 DECORATED = re.compile(
-    rb"^ *(@(kernel|inlined|forced|c_function|intrinsic)\b|class \w+\(NamedTuple\))", re.MULTILINE
+    rb"^ *(@(kernel|inlined|forced|version_of|c_function|intrinsic)\b|class \w+\(NamedTuple\))",
+    re.MULTILINE,
 )
 
 
@@ -112,16 +117,22 @@ def machine_code() -> int:
 
 @contextmanager
 def own_cache(function: Callable[..., Any]) -> Iterator[bool]:
-    """Point numba at the folder of `_cache_folder` while a function is decorated; yields whether there is one."""
+    """Point numba at the folder of `_cache_folder` while a function is decorated.
+
+    It yields whether there is one, and a file of the function, without which numba keeps nothing.
+    """
     folder = _cache_folder()
+    _DECORATING.acquire()  # numba's settings are those of all threads
     previous = (config.CACHE_DIR, caching.IndexDataCacheFile)
-    ours = Path(function.__code__.co_filename) in compiled_sources()
-    config.CACHE_DIR = folder or config.CACHE_DIR
-    caching.IndexDataCacheFile = FilesOfThisPackage if ours else KeptFiles
+    file = Path(function.__code__.co_filename)
+    ours = file in compiled_sources()
     try:
-        yield folder is not None
+        config.CACHE_DIR = folder or config.CACHE_DIR
+        caching.IndexDataCacheFile = FilesOfThisPackage if ours else KeptFiles
+        yield folder is not None and file.is_file()
     finally:
         config.CACHE_DIR, caching.IndexDataCacheFile = previous
+        _DECORATING.release()
 
 
 @dataclass
@@ -194,6 +205,29 @@ def forced(function: F) -> F:
     atomic operations: up to twenty times slower.
     """
     return _part(function, forceinline=True)
+
+
+def version_of(question: Callable[..., Any], **kinds: type | None) -> Callable[[F], F]:
+    """Make a function the version of a ``question`` for arguments of these kinds.
+
+    A kernel that asks the question is compiled with it. A kind is a NamedTuple of ours, or None for
+    all else, such as an absent argument; an argument without a kind may be of any. The parameters
+    have the names of those of the question.
+    """
+
+    def registered(function: F) -> F:
+        signature = inspect.signature(function)
+
+        def chosen(*given: Any) -> Any:
+            of = dict(zip(signature.parameters, given, strict=True))
+            classes = {name: getattr(of[name], "instance_class", None) for name in kinds}
+            return function if classes == kinds else None
+
+        chosen.__signature__ = signature  # type: ignore[attr-defined]
+        extending.overload(question, jit_options={"forceinline": True, **PART, **FLAGS})(chosen)
+        return function
+
+    return registered
 
 
 def kernel(function: F) -> F:

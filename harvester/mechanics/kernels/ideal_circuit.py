@@ -230,10 +230,7 @@ def followed(x, wall, first, w, t, V, store, circuit):
 
 @forced
 def fly(s, store, d, c, circuit, a):
-    """Drift with either load, a resistance of the coefficients or a circuit: (state, store, impacts)."""
-    if circuit is None:
-        s1, impacts = move(s, d, c, a)
-        return s1, store, impacts
-    s1, store1, leg, impacts = until_last_event(s, store, d, c, circuit, a)
-    V, U = conducted(s1.V, store1.U, leg.v, leg.t, circuit)
-    return State(s1.x, s1.v, V), Store(U, store1.m), impacts
+    """Drift with a circuit: (state, store, impacts)."""
+    s1, store, leg, impacts = until_last_event(s, store, d, c, circuit, a)
+    V, U = conducted(s1.V, store.U, leg.v, leg.t, circuit)
+    return State(s1.x, s1.v, V), Store(U, store.m), impacts

@@ -1,9 +1,9 @@
 """Files of machine code that several processes read and write at once, one file for each set of argument types.
 
-A file begins with the checksum of the rest: one that was cut off or altered, as by a crash or a
-worn disk, counts as absent, for what is in it is run.  Of several processes that lack the same
-machine code, one locks its turn and compiles, and the others wait for what it keeps.  Where nothing
-can be kept, as on a full disk, kernels are compiled in each process.
+A file begins with the checksum of its name and of the rest: one that was cut off, altered or
+exchanged, as by a crash or a worn disk, counts as absent, for what is in it is run.  Of several
+processes that lack the same machine code, one locks its turn and compiles, and the others wait for
+what it keeps.  Where nothing can be kept, as on a full disk, kernels are compiled in each process.
 """
 
 import contextlib
@@ -48,7 +48,7 @@ class KeptFiles(numba_caching.IndexDataCacheFile):
         """Keep the machine code of a key where the disk takes it, and give its turn away."""
         path, content = self._file(key), self._dump(data)
         with contextlib.suppress(InputError):
-            files.write(path, [hashlib.sha256(content).digest(), content])
+            files.write(path, [_checksum(path, content), content])
         unlock(self._turns.pop(path, None))
 
     def _file(self, key: Any) -> Path:
@@ -61,11 +61,16 @@ def _digest(key: Any) -> str:
     return hashlib.sha256(str(key).encode()).hexdigest()[:16]
 
 
+def _checksum(path: Path, content: bytes) -> bytes:
+    """The checksum of a file's content and of its path below the cache."""
+    return hashlib.sha256("/".join(path.parts[-3:]).encode() + b"\n" + content).digest()
+
+
 def _read(path: Path) -> Any:
     """What a file holds; None if it is missing or is not what was written."""
     with contextlib.suppress(InputError):
         data = files.read(path, "cache", MOST)
-        if hashlib.sha256(data[CHECKSUM:]).digest() == data[:CHECKSUM]:
+        if _checksum(path, data[CHECKSUM:]) == data[:CHECKSUM]:
             return pickle.loads(data[CHECKSUM:])
     return None
 

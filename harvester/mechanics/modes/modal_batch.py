@@ -90,7 +90,7 @@ def _to_mid_drift(mid, sums, half, c, shaker, store, circuit):
 
 @forced
 def _give_sums(z, sums, controls, states):
-    """Write what was added up beside the states to if it is expected."""
+    """Write what was added up next to the states, to where it is expected."""
     for i in range(BATCH):
         for row in range(3):
             sums[10 + row, i] = z[(states + 4 + row) * BATCH + i]

@@ -95,7 +95,7 @@ def dot(direction, z, first, i):
 
 @forced
 def _pushed(i, z, c, a):
-    """The acceleration of w at rest, where no noise keeps w from resting on a stop; None elsewhere."""
+    """The acceleration of w at rest, where no noise keeps it from a stop; None elsewhere."""
     voltage = 2 * len(c.k) * BATCH + i
     if c.contact.n1 is not None:
         return None
@@ -197,7 +197,7 @@ def kick_modes(i, z, xi, h, c, a):
 
 @forced
 def _kick_with_common_friction(i, z, x, hit, h, c):
-    """The kick where the oscillator's friction f damps all coordinates, by the mean of the speeds before and after.
+    """The kick if the oscillator's friction f damps all coordinates, by the mean of the speeds before and after.
 
     (1 + Y/2) v1 = (1 - Y/2) v + dv with Y/2 = diag(b) + f h/2 e e^T, whose inverse is that of the diagonal but for one
     direction (Sherman and Morrison); stable at any damping.  Quadratic damping goes by the mean speed along e,
@@ -261,7 +261,7 @@ def _nearer_stop(w, c):
 def _keep_on_stop(i, z, x, h, c):
     """Take the speed along phi of a mass that a kick of length h would push into the stop it rests on.
 
-    The stop's impulse acts during the kick and is damped as others are: the mass rests where forces
+    The stop's impulse acts during the kick and is damped as others are: the mass rests if forces
     are in balance.
     """
     if c.contact is None:

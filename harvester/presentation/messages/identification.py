@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
     "ring_down_meets_a_stop": "the ring-down meets a stop: fitted as flights and impacts in short circuit",
+    "magnitude_alone": "the phase is not known: the loss and the quality factor are those of the magnitude alone, and a capacitance is assumed; a phase gives narrower intervals",
     "one_state_alone": "one ring-down in {state} gives the frequency and quality there; those in short circuit and the coupling need a ring-down in another state (FILE@short, FILE@open, FILE@470k) or an impedance",
     "fit_is_off": "the fit is off by {percent:.2g} % rms: the device is not one linear mode there, or a load or unit is wrong; the intervals cover random scatter only",
     "residual_has_a_pattern": "the residuals of {file} ({curve}) are not random (lag-1 correlation {correlation:+.2f}, strongest near {at:.4g} Hz): suspect another mode, a compliant stop, or a wrong load or unit; the intervals cover random scatter only",

@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 from harvester.uncertainty.value import duration, in_percent
 
+MUCH = 10.0  # times the load power, beyond which it is not a matter of settling
+
 
 def _runs_ended(ended: int, asked: int, paired: bool) -> str:
     said = f"{ended} of {asked} ngspice runs had ended when the `budget` was spent"
@@ -74,6 +76,28 @@ def _several_responses(responses: int, from_rest: bool, engine: str) -> str:
     return f"the excitation has {responses} response{'s' * (responses > 1)}, and {this}; {others}"
 
 
+def _not_periodic(cause: str = "", time: float = 0.0, physical: bool = True) -> str:
+    said = "no response repeats within 8 periods of the excitation, so runs are sampled"
+    settles = duration(time) if physical else f"{time:.3g}/w0"
+    why = {
+        "store": f"the store settles in {settles}; 'harvester charge' computes its way up",
+        "rhythm": "a switch of the netlist may have a rhythm of its own",
+        "initial": "IC= or .ic may begin far from the steady state; leave it out",
+    }
+    return f"{said}: {why[cause]}" if cause else said
+
+
+def _stores(share: float) -> str:
+    said = "not stationary: mass, piezo and Csmooth still store"
+    if share <= MUCH:
+        return f"{said} {share:.0%} as much as the load power"
+    return (
+        f"{said} more than {MUCH:g} times the load power, which is next to nothing: does a current "
+        "find its way back to the piezo, which a single diode prevents, and is any element a short "
+        "circuit?"
+    )
+
+
 MESSAGES: dict[str, str | Callable[..., str]] = {
     # a model of the user's own
     "model_path": "one trajectory at one step: half of `step` and a tenth of `tolerance` show its error",
@@ -84,7 +108,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "step_chosen": _step_chosen,
     "biases": _biases,
     "netlist_gives": "the netlist supplies {share:.0%} of the load power: that fraction is not harvested",
-    "netlist_stores": "not stationary: mass, piezo and Csmooth still store {share:.0%} of the load power",
+    "netlist_stores": _stores,
     # what the time did not allow
     "runs_ended": _runs_ended,
     "step_bias_not_measured": "the time-step bias could not be measured: {error}",
@@ -101,7 +125,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "needs_smaller_dt": "`within` {within!p} needs a smaller `dt`: the time-step bias alone is too large",
     "steady_within": _steady_within,
     # responses to a steady drive
-    "not_periodic": "no response repeats within 8 periods of the excitation, so runs are sampled",
+    "not_periodic": _not_periodic,
     "comes_back": _returns,
     "precision_unknown": _precision_unknown,
     "steady_errors": "its error has parts for the time step, ngspice's tolerance and settling",

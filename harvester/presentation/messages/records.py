@@ -17,12 +17,45 @@ def _unit_of_times(unit: str, column: str) -> str:
     )
 
 
+def _stands_still(
+    samples: int,
+    share: float,
+    begin: float,
+    end: float,
+    low: float | None = None,
+    high: float | None = None,
+) -> str:
+    offer = ""
+    if low is not None and high is not None:
+        offer = f": `from` {low:.6g} `to` {high:.6g} selects the longest part in which it changes"
+    return (
+        f"{samples} samples are constant, a share of {share:.2g}, longest from {begin:.6g} to {end:.6g} s, "
+        f"as of a sensor that died or stuck{offer}"
+    )
+
+
+def _lines_without_numbers(lines: int, first: str) -> str:
+    return f"{lines} lines without numbers left out, the first of them {first!r}"
+
+
 MESSAGES: dict[str, str | Callable[..., str]] = {
     "file_layout": _file_layout,
     "part_taken": "{begin:.6g} to {end:.6g} s of it used",
     "longest_part": "the longest of {parts} parts: from {begin:.6g} to {end:.6g} s from the beginning",
     "no_times": "no times: assumed {rate:g} samples per second",
     "unit_of_times": _unit_of_times,
+    "unit_by_rate": "the times have no unit: read in {unit}, at {rate:.6g} samples per second, because {slow:.4g} per second (in s) is impossible for an accelerometer",
+    "slow_times": "{rate:.4g} samples per second is too slow for an accelerometer: if the times are in {unit} (`time_unit` {unit}), it is {other:.6g}",
+    "rolled_over": "the counter of times rolled over {times} times, by {by:.12g}: undone",
+    "counted_rows": "the rows are numbered by {column!r}: {lost} numbers are missing",
+    "no_names": "the columns have no names: read as {names}",
+    "unit_of_preamble": "the unit {unit} is that of the lines above the columns",
+    "range_in_brackets": "{range} behind the name is the range of the sensor: the numbers are in {unit}",
+    "one_recording": "recording {number} of {of} is used: {rows} rows",
+    "parts_joined": "{parts} of {of} parts joined, each without its mean: the vibration jumps where they meet",
+    "header_again": "{times} more lines of names among the rows: left out",
+    "lines_without_numbers": _lines_without_numbers,
+    "stands_still": _stands_still,
     "rows_without_time": "{rows} rows without a time: placed evenly between the rows with one",
     "coarse_clock": "{times} times repeat because the clock is coarse: the rows are spread evenly, {rate:.6g} per second, which may be off by {error:.2g} of it",
     "times_repeat": "{times} times repeat",

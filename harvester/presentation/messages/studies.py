@@ -15,6 +15,11 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "did_not_run": "did not run: {why}",
     "stop_not_drawn": "the stop is not drawn: several displacements together meet it, not the displayed one alone",
     "ball_not_drawn": "the ball is not drawn: the figure shows the motion of the mass that carries it",
+    "predicted_from_priors": "the interval of a real device has the spread of its parameters and {model:g} % of "
+    "the power for the model error; the error of the computation is separate",
+    "predicted_guesses": "the origin of {quantities} is unknown: state a better one with `known`",
+    "predicted_detuned": "the excitation has a fixed frequency, from which the resonance may deviate: "
+    "frequency=tuned in `known` is for an excitation that follows the resonance",
     "one_path": "a single trajectory is not a mean: use harvester run for the power and its error",
     "shunt_converges": "ngspice did not converge: it does with {capacitance:.2g} F from each node to ground, {share:g} of "
     "the piezo's; its effect was not measured",

@@ -1,7 +1,7 @@
 """What a shaking by name is, and those that test standards prescribe as densities, each with its document.
 
 A curve is here only where its document is public and its points give the rms acceleration that the
-document states beside them, which a test computes.  Between the points it is straight in log-log,
+document states next to them, which a test computes.  Between the points it is straight in log-log,
 and 0 outside of them.
 """
 

@@ -1,7 +1,7 @@
 """After the first passage: how much of the time a quantity is at or above the target, and how often it rises to it.
 
-A chip's output goes on and off as its store fills and empties; its first passage is the first time
-that it wakes.
+A chip's output goes on and off as its store fills and empties; its first passage is the first
+time that it wakes.
 """
 
 import math
@@ -17,7 +17,7 @@ from harvester.uncertainty.value import mean_and_error
 class Afterwards(NamedTuple):
     """One run after its first passage through the target.
 
-    ``share`` is the part of the time for which it is at or above the target, not a number where it
+    ``share`` is the part of the time for which it is at or above the target, not a number if it
     never gets there; ``error`` is half of its 95 % interval over the run's cycles; ``rises`` counts
     the passages from below, the first of them included.
     """
@@ -30,9 +30,10 @@ class Afterwards(NamedTuple):
 def afterwards(t: Floats, u: Floats, level: float) -> Afterwards:
     """The share of a path u(t), shape (n,) both, above a level after its first passage; straight between its points.
 
-    Where it rises again in the second half of that time, the share is that of whole cycles, from the first rise to the
-    last one, a ratio of two means; its error is that of the ratio over the cycles, and for a single cycle the change
-    with all the time to the end.  Else the share is that of all the time to the end, without an error.
+    If it rises again in the second half of that time, the share is that of whole cycles, from the
+    first rise to the last one, a ratio of two means; its error is that of the ratio over the
+    cycles, and for a single cycle the change with all the time to the end.  Else the share is that
+    of all the time to the end, without an error.
     """
     above = u >= level
     change = np.flatnonzero(above[1:] != above[:-1])

@@ -79,6 +79,8 @@ class ChargingResult(TableResult):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.load("examples/plate_bridge.toml")
     >>> found = hv.charge(scene, to="2 V", engine="ideal", trajectories=256)
@@ -119,7 +121,7 @@ class ChargingResult(TableResult):
 
     @property
     def strongest(self) -> Level | None:
-        """The level on whose way the store takes the most power; None where that is not known."""
+        """The level on whose way the store takes the most power; None if that is not known."""
         known = [level for level in self.levels if level.power is not None]
         return (
             max(known, key=lambda level: level.power.value if level.power else 0.0)
@@ -129,12 +131,12 @@ class ChargingResult(TableResult):
 
     @property
     def lower_bound(self) -> Value | None:
-        """`at_least` where the mean time is not known."""
+        """`at_least` if the mean time is not known."""
         return self.at_least if self.time is None else None
 
     @property
     def energy(self) -> float | None:
-        """The energy in the store at the target; None where the probe is not the store."""
+        """The energy in the store at the target; None if the probe is not the store."""
         return self.levels[-1].energy
 
     @property

@@ -12,7 +12,7 @@ from harvester.engines import Slow
 from harvester.engines.protocol import needs_one_mode
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.errors import InputError
+from harvester.errors import InputError, SimulationError
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.storage.held_in_ngspice import error_of_circuit
@@ -82,6 +82,7 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
             fields = _steady(runs)
         else:
             fields = _random(runs)
+    _check_times(fields)
     runs.tell(1.0)
     fields["seconds"] = time.perf_counter() - begin
     return Passages(
@@ -90,6 +91,20 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
         capacitance=problem.circuit.smoothing or 0.0,
         **fields,
     )
+
+
+def _check_times(fields: dict[str, Any]) -> None:
+    """Raise SimulationError if the time of the store is less than its own model error."""
+    times = fields["times"]
+    reached = np.isfinite(times).all(axis=0)
+    means = np.where(reached, np.where(np.isfinite(times), times, 0.0).mean(axis=0), math.inf)
+    # Levels on the way may be passed at once; that of the question must not be.
+    if not means[-1] > _finite(fields["model"])[-1]:
+        raise SimulationError(
+            "engine 'slow' does not know this charge: the store fills within the transients of the mass "
+            f"(mean time {means[-1]:.3g} s, model error {fields['model'][-1]:.2g} s): "
+            "use engine 'compiled'"
+        )
 
 
 def _steady(runs: ChargeRuns) -> dict[str, Any]:
@@ -241,7 +256,7 @@ def _finite(changes: Floats) -> Floats:
 
 
 def _not_apart(seconds: float, unit: float) -> list[Diagnostic]:
-    """A warning where charging does not take long beside the mass' own transients."""
+    """A warning if charging does not take long next to the mass' own transients."""
     return (
         [warning("charge_not_slow", seconds=seconds, transients=unit)]
         if seconds < SLOW_FROM * unit

@@ -27,10 +27,11 @@ LONGER = 4.0
 
 
 def charge_in_ngspice(runs: ChargeRuns) -> Passages:
-    """The passages of runs, at the scene's step, or by what `at_smaller_steps` tries where ngspice does not converge.
+    """The passages of runs, at the scene's step, or by what `at_smaller_steps` tries if ngspice does not converge.
 
-    Unless they are to do the whole of their duration, shorter ones come first, and the first that all reach the last
-    level are taken.  Those that do the whole of it also say how long they stay above.
+    Unless they are to do the whole of their duration, shorter ones come first, and the first that
+    all reach the last level are taken.  Those that do the whole of it also state how long they stay
+    above.
 
     Raises as `harvester.cosimulation.runs.measure_in_workers`.
     """

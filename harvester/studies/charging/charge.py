@@ -20,7 +20,6 @@ from harvester.errors import InputError, names_arguments
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.netlists.probes import STORE, Probe, read_probes
 from harvester.presentation.diagnostic import Diagnostic, has, note, warning
-from harvester.scene.plausibility import unusual_values
 from harvester.studies.charging.answer import FEW, ChargingResult, Level
 from harvester.studies.charging.by_slow import charge_slowly
 from harvester.studies.charging.by_spice import charge_in_ngspice
@@ -63,18 +62,18 @@ def charge(
     scene
         a `Scene`, or the path of a scene file.
     to
-        a number in the unit of the probe, or a text such as "3.3 V"; of a nondimensional scene a
+        a number in the unit of the probe, or a text such as "3.3 V"; for a nondimensional scene a
         number, in units of theta l/Cp.
     probe
         the storage capacitor Csmooth ("store"), or a quantity of the circuit such as "v(a,b)".
     engine
         "slow", "ideal", "compiled" or "spice"; None: "slow" for a store of 1000 times the piezo's
-        capacitance or more, unless its charge is not slow beside the vibration, else "ideal" where
-        that supports, else "spice".
+        capacitance or more, unless its charge is not slow compared with the vibration, else "ideal"
+        if that supports, else "spice".
     duration
-        how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0); None: until all have arrived,
-        but at most five time constants of store and load.  With it, "spice" also says for how much of the time the
-        probe is at or above ``to`` once it has been there.
+        how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0); None: until
+        all have arrived, but at most five time constants of store and load.  With it, "spice" also
+        says for how much of the time the probe is at or above ``to`` once it has been there.
     trajectories
         the number of runs; None: chosen by the engine.
     seed
@@ -104,10 +103,12 @@ def charge(
     CannotServeError
         for a scene that the engine does not support.
     MissingProgramError
-        where ngspice is not installed.
+        if ngspice is not installed.
     SimulationError
         of the engine.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> found = hv.charge("examples/plate_bridge.toml", "2 V", engine="ideal", trajectories=256)
     >>> found.engine, len(found.levels), found.levels[-1].voltage
@@ -246,7 +247,7 @@ def _answer(
         seconds=passages.seconds,
         steps=passages.steps,
         diagnostics=(
-            *unusual_values(problem.scene),
+            *problem.value_warnings,
             *_diagnostics(problem, passages, clock, by_default, runs),
             *([] if reason is None else [reason]),
             *passages.notes,
@@ -256,7 +257,7 @@ def _answer(
 
 
 def _known(engine: str, runs: int) -> list[Diagnostic]:
-    """What is known of the error."""
+    """The known part of the error."""
     if ENGINES[engine].by_mean_current:
         return []
     if not ENGINES[engine].runs_ngspice:

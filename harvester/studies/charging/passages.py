@@ -22,9 +22,10 @@ LOW, HIGH = 0.05, 0.95  # shares of the runs
 class ChargeRuns:
     """What is to be run: ``count`` charges of a problem from rest and empty, and through which ``levels`` (V).
 
-    ``duration`` (s) is how long they are watched at most, and ``h`` their step (1/w0); None: that of the scene.
-    ``probe`` is what is looked at; None: the storage capacitor.  Each begins at the beginning of the excitation, or
-    ``anywhere``; with ``whole`` it goes on to the end, else until all have reached the last level.
+    ``duration`` (s) is how long they are watched at most, and ``h`` their step (1/w0); None: that
+    of the scene. ``probe`` is what is looked at; None: the storage capacitor.  Each begins at the
+    beginning of the excitation, or ``anywhere``; with ``whole`` it continues to the end, else until
+    all have reached the last level.
     """
 
     problem: Problem
@@ -48,11 +49,12 @@ class ChargeRuns:
 class Passages:
     """Runs of one engine from rest and empty, in its own units (s and V of the device).
 
-    ``levels``, shape (levels,), ends with the target; ``times``, shape (runs, levels), are when a run first reaches
-    each, infinite where it never does; ``coarse`` are the same runs at a coarser step.  ``curves``, shape (runs,
-    samples), are voltages at the times ``at``; ``end`` is how long each run was watched; ``capacitance`` (F) that of
-    the store, 0 if it is not known; ``seconds`` what all took, without compilation.  ``after`` is what comes after
-    the first passage of each run, and at the coarser step; None if that was not looked at.
+    ``levels``, shape (levels,), ends with the target; ``times``, shape (runs, levels), are when a
+    run first reaches each, infinite if it never does; ``coarse`` are the same runs at a coarser
+    step.  ``curves``, shape (runs, samples), are voltages at the times ``at``; ``end`` is how long
+    each run was watched; ``capacitance`` (F) that of the store, 0 if it is not known; ``seconds``
+    what all took, without compilation.  ``after`` is what comes after the first passage of each
+    run, and at the coarser step; None if that was not looked at.
     """
 
     levels: Floats
@@ -69,7 +71,7 @@ class Passages:
     after: tuple[list[Afterwards], list[Afterwards]] | None = None
     notes: tuple[Diagnostic, ...] = ()  # of how it was computed
     model: Floats | None = None  # errors of the mean times that no run shows, at 95 %, one a level
-    # consecutive runs on one record of a density, which are no more than one independent entry
+    # consecutive runs on one record of a density, which are no more than one independent sample
     together: int = 1
 
     @property
@@ -82,7 +84,7 @@ class Passages:
 
         Runs on one record are alike: all are worth as many independent ones as the spread of the
         records' shares says, less for the uncertainty of that spread (Korn and Graubard, Survey
-        Methodology 24, 193, 1998), and the records where all of them have the same share.
+        Methodology 24, 193, 1998), and the records if all of them have the same share.
         """
         runs = len(self.times)
         share = self.reached
@@ -127,7 +129,7 @@ class Passages:
     def time_to(self, level: int) -> Value | None:
         """The mean time to a level; None if a run does not reach it, so that its time is not known.
 
-        Where it is only the coarser run that does not, the time-step error is not known.
+        If it is only the coarser run that does not, the time-step error is not known.
         """
         times, coarse = self.times[:, level], self.coarse[:, level]
         if not np.isfinite(times).all():
@@ -141,9 +143,9 @@ class Passages:
         return Value(value, None if len(times) == 1 else error, dof=len(times) - 1.0, unknown=parts)
 
     def at_least(self) -> Value:
-        """The mean of the times to the target, where one that is not known counts as the time watched.
+        """The mean of the times to the target, if one that is not known counts as the time watched.
 
-        Where no run gets there, that is the time watched, without an error.
+        If no run gets there, that is the time watched, without an error.
         """
         if not (np.isfinite(self.times[:, -1]).any() or np.isfinite(self.coarse[:, -1]).any()):
             return Value(self.end)
@@ -154,7 +156,7 @@ class Passages:
     def share_afterwards(self) -> Value | None:
         """The mean share of the time for which a run is at or above the target, once it has been there.
 
-        For a single run the spread over its cycles counts as an time-step error; for several the spread between them
+        For a single run the spread over its cycles counts as a time-step error; for several the spread between them
         is that of sampling, which has it already.  None if it was not looked at, or a
         run never gets there.
         """

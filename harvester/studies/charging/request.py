@@ -1,4 +1,4 @@
-"""What is asked of a charging study: its options, read and checked, and what stands for those that are left out."""
+"""What is asked of a charging study: its options, read and checked, and what represents those that are left out."""
 
 import math
 

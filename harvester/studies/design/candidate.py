@@ -61,7 +61,7 @@ class Candidate:
 class Given:
     """What a candidate gives of a scene: the power there (W), and the rest.
 
-    ``wake`` (s) is infinite where the voltage is never reached; ``displacement`` (m) is None under
+    ``wake`` (s) is infinite if the voltage is never reached; ``displacement`` (m) is None under
     noise and on a record, for whose quiet parts the store keeps the energy ``kept`` (J).
     """
 
@@ -141,7 +141,7 @@ def evaluate(
 ) -> Given:
     """What a candidate gives, with a store of so many ``farads``.
 
-    Raises HarvesterError where the current cannot be measured.
+    Raises HarvesterError if the current cannot be measured.
     """
     problem = Problem(candidate.scene(scene, needed))
     supply = candidate.supply
@@ -217,7 +217,7 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
 def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
     """The smallest capacitor that keeps the voltage, `WIDE` times the energy of a node's packet, and what is ``kept``.
 
-    With that energy (J) it goes down to the node's stop voltage, or if there is none to `LOW` of
+    With that energy (J) it goes down to the node's stop voltage, or if absent to `LOW` of
     the voltage needed.
     """
     frequency = scene.modal.frequency / (2.0 * math.pi)

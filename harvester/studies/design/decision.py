@@ -1,7 +1,7 @@
 """The study of designs: from a requirement to the circuit, the parts and the capacitor that meet it.
 
 The rectifier's mean current of each circuit is measured at a held store (`harvester.storage`),
-which says at once what is there at the voltage needed and how long an empty store takes to it.
+which states at once what is there at the voltage needed and how long an empty store takes to it.
 """
 
 import math
@@ -49,43 +49,45 @@ def design(
     seed: int = 0,
     execution: Execution = DEFAULT,
 ) -> DesignResult:
-    """The circuit, coil or chip, and capacitor that give a power at a voltage, and how many devices meet it.
+    """Choose a circuit and a storage capacitor that deliver a required power at a required voltage.
 
-    Without a spread the first circuit that meets everything is chosen, with one that which most
-    devices do with.
+    Without ``spread``, the first circuit in ``circuits`` that meets all requirements is chosen;
+    with ``spread``, the one with the highest yield.
 
     Parameters
     ----------
     scene
-        a `Scene`, or the path of its file; its load does not matter.
+        A `Scene`, or the path of its file; its load is ignored.
     needs
-        the power at a voltage, such as "40 uW at 3.3 V"; left out: what the scene's [node] takes.
+        Power at a voltage, such as "40 uW at 3.3 V". Default: the consumption of the scene's
+        [node].
     wake
-        how long an empty store may take to that voltage (s, or a text such as "10 s").
+        Longest charging time from empty to that voltage (s, or a text such as "10 s").
     spread
-        keys and how they scatter, as ``vary`` of `tolerance`, such as "frequency=2Hz".
+        Manufacturing spreads of keys, as ``vary`` of `tolerance`, such as "frequency=2Hz".
     limit
-        texts such as "peak_displacement < 1 mm" (under a drive) and "mean_power > 50 uW".
+        Limits such as "peak_displacement < 1 mm" (harmonic excitation) and "mean_power > 50 uW".
     circuits, chips
-        names of netlists, the simplest first, and of chips; both left out: bridge, doubler,
-        series_sshi, parallel_sshi and under a drive every chip that has a netlist (under noise a
-        chip takes minutes).
+        Names of netlists, the simplest first, and of chips. Default: bridge, doubler, series_sshi,
+        parallel_sshi and, under a harmonic excitation, every chip that has a netlist.
     seed
-        the same seed, the same noise.
+        Random seed.
     execution
-        how the study is carried out, with a folder for design.csv, design.toml and provenance.json.
+        Folder for design.csv, design.toml and provenance.json, number of workers, and progress.
 
     Returns
     -------
     DesignResult
-        what was chosen, and all candidates.
+        The chosen circuit, and all candidates.
 
     Raises
     ------
     InputError
-        for texts of another form, a scene without a device in SI units, a limit of the displacement
-        under noise, and where no circuit meets everything, with the nearest.
+        A text has another form, the scene has no device in SI units, a displacement is limited
+        under noise, or no circuit meets all requirements (with the nearest).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.design("examples/bimorph_sensor.toml", needs="40 uW at 3.3 V", circuits=["bridge"]).circuit
     'bridge'
@@ -154,7 +156,7 @@ def _nominal(
     seed: int,
     execution: Execution,
 ) -> tuple[dict[str, tuple[Candidate, Given]], list[Diagnostic]]:
-    """What each circuit gives of the scene itself, and which are left out; InputError where none gives anything."""
+    """What each circuit gives of the scene itself, and which are left out; InputError if none gives anything."""
     candidates = dict[str, tuple[Candidate, Given]]()
     left_out = list[Diagnostic]()
 
@@ -224,7 +226,7 @@ def _result(
     diagnostics: Sequence[Diagnostic],
     begin: float,
 ) -> DesignResult:
-    """The decision, of a study that went on since the time ``begin`` of `time.perf_counter`."""
+    """The decision, of a study that continued since the time ``begin`` of `time.perf_counter`."""
     chosen, best = candidates[order[0]]
     requirements = [
         needed.needs,
@@ -265,7 +267,7 @@ def _result(
 def _nearest(
     candidates: Outcomes, needed: DesignNeed, problem: Problem, left_out: Sequence[Diagnostic]
 ) -> str:
-    """The one line that says that no circuit meets everything, and which comes nearest."""
+    """The one line that states that no circuit meets everything, and which comes nearest."""
     by_unmet = {
         name: (len(given.unmet(needed)), -given.power.value)
         for name, (_, given) in candidates.items()

@@ -43,7 +43,7 @@ def read_need(
 ) -> DesignNeed:
     """What texts ask for; without ``needs`` what the scene's [node] takes.
 
-    Raises InputError for texts of another form, a scene without [node] where ``needs`` is left out,
+    Raises InputError for texts of another form, a scene without [node] if ``needs`` is left out,
     and a limit of the displacement under noise.
     """
     limits = _limits(scene, [limit] if isinstance(limit, str) else limit)

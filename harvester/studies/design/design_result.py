@@ -29,6 +29,8 @@ class DesignCandidate(Result):
     meets
         whether the device of the scene meets everything.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.DesignCandidate.SHORT
     ('circuit', 'available')
@@ -52,7 +54,7 @@ class DesignResult(TableResult):
     circuit, coil
         the name of the netlist, and that of the coil; None without one.
     settings
-        the netlist's parameters, in SI units, beside load and capacitor.
+        the netlist's parameters, in SI units, next to load and capacitor.
     power_needed
         the power needed (W).
     load_resistance
@@ -85,6 +87,8 @@ class DesignResult(TableResult):
     diagnostics
         notes, each with a code, numbers and a sentence (``str``).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.DesignResult.SHORT
     ('circuit', 'available')
@@ -144,5 +148,5 @@ class DesignResult(TableResult):
         return table_of(self.candidates, "", self.unit_names)
 
     def plot(self, title: str | None = "") -> "figures.Plot":
-        """Draw what each circuit gives beside what is needed, as a matplotlib figure."""
+        """Draw what each circuit gives next to what is needed, as a matplotlib figure."""
         return figures.design(self, self.scene.title if title == "" else title)

@@ -1,7 +1,7 @@
 """The share of devices that meet a requirement with one circuit: every device is measured, or a curve through some.
 
-Of one key that scatters, `NODES` devices are measured, and power, speed of waking and displacement
-between them follow a monotone curve; what that says without every other of them is its error.  Of
+For one key that scatters, `NODES` devices are measured, and power, speed of waking and displacement
+between them follow a monotone curve; what that states without every other of them is its error.  Of
 several keys `SAMPLES` devices are.
 """
 
@@ -65,7 +65,7 @@ def share_met(
 def _given(
     candidate: Candidate, device: Scene, needed: DesignNeed, farads: float, seed: int
 ) -> list[float]:
-    """Power (W), one over the time to wake (1/s) and displacement (m, 0 where not known) of one device."""
+    """Power (W), one over the time to wake (1/s) and displacement (m, 0 if not known) of one device."""
     try:
         given = evaluate(
             candidate, device, needed, farads, seed, MANY if candidate.supply.top is None else FEW

@@ -1,6 +1,6 @@
 """The largest values of a long path in blocks, and its impacts: counted where Rice's formula does not hold.
 
-The path is that of the exact RC update (`harvester.mechanics.kernels.path`).  A block is so long
+The path is that of the exact RC update (`harvester.mechanics.trace`).  A block is so long
 that its largest value tells nothing of the next block's: its length is doubled until their
 correlation is below `UNCORRELATED`.
 """
@@ -45,11 +45,11 @@ class Counted:
 def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
     """Follow a path and count.
 
-    Raises SimulationError if the path is not finite, or where its largest values stay correlated.
+    Raises SimulationError if the path is not finite, or if its largest values stay correlated.
     """
     from harvester.mechanics.kernels.noise import gaussian_grid
-    from harvester.mechanics.kernels.path import trace
     from harvester.mechanics.kernels.step_size import step_from_rest
+    from harvester.mechanics.trace import trace
 
     check_bounded(eqs)
     h = step_from_rest(eqs)

@@ -39,17 +39,19 @@ class Extremes(TableResult):
     lifetime
         how long the device is used (s, or 1/w0).
     levels
-        of each quantity (peak_displacement, peak_voltage, peak_impact_speed, and peak_strain where
+        of each quantity (peak_displacement, peak_voltage, peak_impact_speed, and peak_strain if
         the scene has its piezo.strain_per_displacement) the level, a `Value`, that a share of
         devices stays below: ``levels["peak_voltage"][0.95]`` (m, V, m/s).
     impact_rate
-        a `Value`: the mean number of impacts a unit of time; None without a stop and where impacts
+        a `Value`: the mean number of impacts a unit of time; None without a stop and if impacts
         accumulate.
     physical
         whether its numbers are in SI units, rather than nondimensional.
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> result = hv.extremes(scene, lifetime=1e6)
@@ -129,7 +131,7 @@ def extremes(
     seed
         the same seed, the same noise.
     counted
-        extrapolate from a path also where Rice's formula holds.
+        extrapolate from a path also if Rice's formula holds.
     passages
         by the rate of first passages of engine `Density`, without sampling: the displacement alone.
 
@@ -142,12 +144,14 @@ def extremes(
     Raises
     ------
     InputError
-        for a lifetime that is none, or with a unit where the scene has none.
+        for an invalid lifetime, or with a unit if the scene has none.
     CannotServeError
         for a netlist, and a scene that is not shaken by white noise alone.
     SimulationError
-        where no stationary response exists.
+        if no stationary response exists.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> hv.extremes(scene, lifetime=1e6).impact_rate is None
@@ -213,7 +217,7 @@ def _by_passages(problem: Problem, span: float) -> Extremes:
 
 
 def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) -> list[Extremes]:
-    """The largest values by Rice's formula, where it holds, and counted on a path; else as `extremes`."""
+    """The largest values by Rice's formula, if it holds, and counted on a path; else as `extremes`."""
     result = extremes(scene, lifetime=lifetime, seed=seed)
     if not has(result.diagnostics, "by_rice"):
         return [result]
@@ -221,7 +225,7 @@ def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) ->
 
 
 def check_extremes(scene: AnyScene, lifetime: float | str) -> None:
-    """Raise what `extremes` would for a lifetime that is none, or a scene that has no largest values."""
+    """Raise what `extremes` would for an invalid lifetime, or a scene that has no largest values."""
     problem = Problem.of(scene)
     read_lifetime(lifetime, problem)
     check_served(problem)

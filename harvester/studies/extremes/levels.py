@@ -1,8 +1,8 @@
 """The levels that the largest values of a device stay below over a lifetime: by Rice's formula, or counted.
 
-Rice's formula (`harvester.linear.level_crossings`) holds where the response is Gaussian: linear equations under white
-noise of the base.  Elsewhere the largest values of blocks of a long path are counted
-(`harvester.studies.extremes.counted`) and extrapolated
+Rice's formula (`harvester.linear.level_crossings`) holds if the response is Gaussian: linear
+equations under white noise of the base.  Elsewhere the largest values of blocks of a long path are
+counted (`harvester.studies.extremes.counted`) and extrapolated
 (`harvester.studies.extremes.extreme_value_fit`).
 """
 
@@ -55,9 +55,9 @@ def strain_factor(problem: Problem) -> float | None:
 def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -> dict[str, Value]:
     """The levels that |displacement| and |voltage| of a linear scene stay below over a lifetime with a probability.
 
-    And the piezo's strain where the scene has its piezo.strain_per_displacement.  In the scene's units; the error is up
-    to where every passage counts alone (`harvester.linear.level_crossings`).  Under a sinusoid alone they are the
-    amplitudes, whatever the lifetime.
+    And the piezo's strain if the scene has its piezo.strain_per_displacement.  In the scene's
+    units; the error is up to where every passage counts alone (`harvester.linear.level_crossings`).
+    Under a sinusoid alone they are the amplitudes, whatever the lifetime.
 
     Raises SimulationError if no stationary response exists.
     """

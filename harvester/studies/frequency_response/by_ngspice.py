@@ -1,7 +1,7 @@
 """A response by ngspice or a compiled circuit: each frequency's periodic response, sought from that of the one before.
 
-Where the mass alone is linear, there is one response from any start, and the one at the frequency
-before is near it. Where it is not, there may be several: these are followed up the frequencies and
+If the mass alone is linear, there is one response from any start, and the one at the frequency
+before is near it. If it is not, there may be several: these are followed up the frequencies and
 down again, as a slow sweep would.
 """
 
@@ -44,7 +44,7 @@ def by_ngspice(
     """The points, the frequencies without one, and the warnings.
 
     Raises CannotServeError for what the engine does not know, MissingProgramError without ngspice,
-    and the last error where no frequency has a point.
+    and the last error if no frequency has a point.
     """
     served(type(engine), driven.problem)
     check_one_mode(driven.problem.equations)
@@ -98,7 +98,8 @@ def _state(near: "Neighbour | CircuitStart") -> State:
     from harvester.circuits.circuit_period import CircuitStart
 
     if isinstance(near, CircuitStart):
-        return {"x": near.x, "v": near.v, "circuit": near.state.tolist(), "turns": near.turns}
+        x, v = near.coordinates
+        return {"x": x, "v": v, "circuit": near.state.tolist(), "turns": near.turns}
     ways = (
         None
         if near.secants is None
@@ -122,7 +123,7 @@ def _neighbour(state: State) -> "Neighbour | CircuitStart":
         vector = np.array([state["x"], state["v"], *state["circuit"]], dtype=float)
         if not np.isfinite(vector).all() or not 1 <= int(state["turns"]) <= MULTIPLES:
             raise ValueError("no state of mass and circuit")
-        return CircuitStart(float(vector[0]), float(vector[1]), vector[2:], int(state["turns"]))
+        return CircuitStart(vector[:2], vector[2:], int(state["turns"]))
     numbers = (
         state["section"]["x"],
         state["section"]["v"],

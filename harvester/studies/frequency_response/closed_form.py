@@ -23,7 +23,7 @@ def power_at(driven: HarmonicDrive, frequency: float) -> float:
 def closed_form(driven: HarmonicDrive, frequencies: Sequence[float]) -> list[ResponsePoint]:
     """The points up and down again.
 
-    Raises UnboundedResponseError if nothing takes energy.
+    Raises UnboundedResponseError if nothing dissipates energy.
     """
     points = []
     for direction, way in (("up", list(frequencies)), ("down", list(frequencies)[::-1])):

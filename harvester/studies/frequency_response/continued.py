@@ -65,7 +65,7 @@ def continued(
 
 
 def _state(trajectories: "Trajectories") -> State:
-    """What trajectories go on from, as JSON knows it."""
+    """What trajectories continue from, as JSON knows it."""
     arrays = {name: getattr(trajectories, name).tolist() for name in ("state", "filter", "words")}
     return {"h": trajectories.h, "seed": list(trajectories.seed.spawn_key), **arrays}
 
@@ -151,7 +151,7 @@ def _phases(
     drive that this path has.  None if its displacement is not that of the trajectories: it went to another response.
     """
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
-    from harvester.mechanics.kernels.path import trace
+    from harvester.mechanics.trace import trace
 
     trajectories, eqs = pair.trajectories, problem.equations
     assert eqs.drive is not None and eqs.drive_frequency is not None, "Driven checks this"

@@ -57,19 +57,21 @@ class FrequencyResponse(TableResult):
     physical
         whether its numbers are in SI units, rather than nondimensional.
     remarks
-        warnings and notes beside those of the curve itself.
+        warnings and notes next to those of the curve itself.
     resolved
         whether the peak and its half-power points are among the points; else the peak is the best
         of them.
     engine
         the name of the engine that computed it.
     level
-        the amplitude of the base's acceleration in g; None if there is none.
+        the amplitude of the base's acceleration in g; None if absent.
     varied
         scene keys that this response has of its own, with their values in SI units.
     failures
         frequencies without a point, and why.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
     >>> curve = hv.response(scene, [0.9, 1.0, 1.1])
@@ -108,7 +110,7 @@ class FrequencyResponse(TableResult):
         return max(self.sweep(direction), key=lambda p: p.mean_power.value)
 
     def bandwidth(self, direction: str) -> float | None:
-        """The half-power bandwidth, between the `edges`; None where one of them is beyond the sweep."""
+        """The half-power bandwidth, between the `edges`; None if one of them is beyond the sweep."""
         edges = self.edges(direction)
         return None if edges is None else edges[1] - edges[0]
 

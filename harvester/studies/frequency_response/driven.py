@@ -58,7 +58,7 @@ class HarmonicDrive:
 
     @property
     def is_random(self) -> bool:
-        """Whether there is noise beside the drive."""
+        """Whether there is noise in addition to the drive."""
         return self.problem.equations.is_random
 
     def at(self, frequency: float) -> Problem:

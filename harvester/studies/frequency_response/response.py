@@ -42,7 +42,7 @@ Callback = Callable[[str], None]
 def frequencies(problem: Problem, text: str) -> tuple[float, ...]:
     """The ascending frequencies of a text ``FROM:TO:COUNT``, in Hz (nondimensional scene: rad).
 
-    They are spaced by ratio where the ends differ tenfold.
+    They are spaced by ratio if the ends differ tenfold.
 
     Raises InputError for anything else.
     """
@@ -132,8 +132,10 @@ def response(
     CannotServeError
         for an engine that does not support the scene.
     SimulationError
-        where the response grows without bound.
+        if the response grows without bound.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
     >>> round(hv.response(scene, "0.8:1.2:5").peak("up").frequency, 3)  # between those of the text
@@ -181,8 +183,10 @@ def responses(
     CannotServeError
         for an engine that does not support the scene.
     SimulationError
-        where the response grows without bound.
+        if the response grows without bound.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
     >>> [curve.engine for curve in hv.responses(scene, [0.9, 1.0], {"nondimensional.mu": [0.5, 2.0]}).curves]

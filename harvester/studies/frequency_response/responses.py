@@ -22,6 +22,8 @@ class FrequencyResponses(TableResult):
     curves
         a `FrequencyResponse` each.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.2, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0))
     >>> result = hv.responses(scene, [0.9, 1.0, 1.1], {"nondimensional.mu": [0.5, 2.0]})

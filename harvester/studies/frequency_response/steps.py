@@ -1,7 +1,7 @@
 """The finished steps of a response: each frequency, with the state from which the next one begins.
 
 They are in response.journal at once, a row each (`harvester.studies.sweep.journal`), until the
-files of the response are whole; `--resume` takes them from there, and goes on from the last state
+files of the response are whole; `--resume` takes them from there, and continues from the last state
 as an undisturbed run would.
 """
 
@@ -121,7 +121,7 @@ def response_journal(
     """The journal of the response with the provenance ``about`` and ``total`` steps; it is removed when all are done.
 
     Raises InputError if ``resume`` finds another response, or another program is at work in the
-    folder; KeyboardInterrupt at ^C, with a text that says how to go on.
+    folder; KeyboardInterrupt at ^C, with a text that states how to continue.
     """
     now = identity(about, RESPONSE)
     with closing(Journal(out, RESPONSE)) as journal:

@@ -21,8 +21,8 @@ def fit_box(
 ) -> tuple[Fit, Floats]:
     """Fit a polynomial to the means of several rounds of one design in a box; also the time-step bias at each point.
 
-    The box has its middle at ``u`` and half-widths ``width``.  Points that are not sound are left out where there are
-    enough others.  Raises SimulationError if too many points fail.
+    The box has its middle at ``u`` and half-widths ``width``.  Points that are not sound are left
+    out if there are enough others.  Raises SimulationError if too many points fail.
     """
     good = _usable(rounds, len(exponents(len(u), CUBIC)))
     kept = [[points[k] for k in good] for points in rounds]
@@ -53,7 +53,7 @@ def peak_of_box(fit: Fit, bias: Floats, u: Floats, width: Floats) -> Peak:
 def next_box(fit: Fit, u: Floats, width: Floats) -> tuple[Floats, Floats, bool]:
     """The middle and half-widths of the box to fit after this one, and whether it is good enough to stop there.
 
-    A box moves towards a peak outside it, shrinks where its polynomial does not fit, grows where
+    A box moves towards a peak outside it, shrinks if its polynomial does not fit, grows if
     the curvature drowns in the noise, and ends at the size where the power falls by `DROP` from its
     middle to its faces.
     """
@@ -99,7 +99,7 @@ def _usable(rounds: list[list[Evaluation]], least: int) -> list[int]:
 
 
 def _covariance(points: list[Evaluation]) -> Floats:
-    """The covariance of the powers of a design, shape (m, m): from the trajectories where they share their noise."""
+    """The covariance of the powers of a design, shape (m, m): from the trajectories if they share their noise."""
     answers = [p.answer for p in points if isinstance(p.answer, Estimate)]
     known = [s for s in [a.power_samples for a in answers] if s is not None]
     if (

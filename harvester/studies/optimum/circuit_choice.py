@@ -31,10 +31,11 @@ UNLIKE = 1.5
 class CircuitChoice(Optimum, kw_only=True):
     """The optimum of the circuit of most power, and those of the other circuits.
 
-    ``best`` is the name of that circuit.  It is None if that cannot be said: the budget of a circuit of less power
-    ended before its first scan did.  ``alike`` are circuits whose power cannot be told from that of the best: the
-    intervals of both overlap.  ``unsound`` are those that cannot be compared, as their power has not settled, was cut
-    off or has no known error, while that of another has.  ``table`` has a row for each circuit.
+    ``best`` is the name of that circuit.  It is None if that cannot be said: the budget of a
+    circuit of less power ended before its first scan did.  ``alike`` are circuits whose power
+    cannot be distinguished from that of the best: the intervals of both overlap.  ``unsound`` are
+    those that cannot be compared, as their power has not settled, was cut off or has no known
+    error, while that of another has.  ``table`` has a row for each circuit.
 
     Attributes
     ----------
@@ -43,6 +44,8 @@ class CircuitChoice(Optimum, kw_only=True):
     optima
         the `Optimum` of each circuit by its name, or the error if it has none.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.load("examples/plate_bridge.toml")
     >>> hv.optimise(scene, vary={"load.netlist": ["bridge"], "load.parameters.R": ("100 kohm", "10 Mohm")})
@@ -82,13 +85,13 @@ class CircuitChoice(Optimum, kw_only=True):
 
     @property
     def best(self) -> str | None:
-        """The circuit of most power; None where a circuit of less power may have more: its range was not scanned."""
+        """The circuit of most power; None if a circuit of less power may have more: its range was not scanned."""
         first, *others = self.ranked
         return None if any(name in self.unscanned for name in others) else first
 
     @property
     def alike(self) -> tuple[str, ...]:
-        """The circuits whose power cannot be told from that of the best."""
+        """The circuits whose power cannot be distinguished from that of the best."""
         (_, top), *others = self.ranked.items()
         low = top.mean_power.value - top.mean_power.known_error95
         near = [
@@ -124,7 +127,7 @@ class CircuitChoice(Optimum, kw_only=True):
 
     @property
     def circuits(self) -> Table:
-        """A row a circuit, the one of most power first; as they were given where that cannot be said."""
+        """A row a circuit, the one of most power first; as they were given if that cannot be said."""
         if self.best is None:
             return self._rows([*self.optima.items()])
         return self._rows(
@@ -215,9 +218,10 @@ def best_circuit(
 ) -> CircuitChoice:
     """Optimise each of several circuits over the keys by itself, and say which has the largest mean power.
 
-    ``circuits`` are names of netlists or paths; the scene's parameters are taken over by those that have them.  All
-    circuits together have the ``budget`` for each, and each a folder in that of the ``execution``, beside circuits.csv.
-    First all are scanned alike (`harvester.studies.optimum.race`).
+    ``circuits`` are names of netlists or paths; the scene's parameters are taken over by those that
+    have them.  All circuits together have the ``budget`` for each, and each a folder in that of the
+    ``execution``, next to circuits.csv. First all are scanned alike
+    (`harvester.studies.optimum.race`).
 
     Raises InputError for a circuit that there is not, and HarvesterError if none has an optimum,
     the first's error.
@@ -252,7 +256,7 @@ def best_circuit(
 
 
 def compare_coils(scenes: Mapping[str, Scene], vary: Vary) -> tuple[Diagnostic, ...]:
-    """A warning where the coils of some circuits ring `UNLIKE` times as well as those of others, and none is varied."""
+    """A warning if the coils of some circuits ring `UNLIKE` times as well as those of others, and none is varied."""
     if any(r.key.rpartition(".")[2] in ("L", "Rcoil", "Rcore") for r in varied(vary)[1]):
         return ()
     known: dict[str, float] = {}

@@ -86,7 +86,7 @@ class Surface:
     def evaluate(self, where: Floats, engine: Engine, stage: str) -> list[Evaluation]:
         """Evaluate the power at each of the places, shape (n, keys); ``stage`` is the part of the search that asks.
 
-        Runs of ngspice have what is left of ``share`` at most.
+        Runs of ngspice have the remainder of ``share`` at most.
 
         Raises SpentError when ``share`` of the budget is spent before all are done; those that are
         done are kept.
@@ -120,7 +120,8 @@ class Surface:
 def served(points: Sequence[Evaluation]) -> tuple[Floats, Floats, list[Value]]:
     """The places (n, keys), powers (n,) and values of the evaluations that have an answer.
 
-    Those that are not sound are left out, unless there are no others.  Raises the last error if there is no answer.
+    Those that are not sound are left out, unless there are no others.  Raises the last error
+    without an answer.
     """
     known = [p for p in points if p.power is not None]
     sound = [p for p in known if p.is_sound] or known
@@ -150,7 +151,7 @@ def local_maxima(u: Floats, power: Floats) -> list[int]:
 
 
 def flatness(power: Floats) -> Diagnostic | None:
-    """Why no place is better than another, where none is."""
+    """Why no place is better than another, if none is."""
     if power.max() <= 0.0:
         return note("no_power_anywhere")
     if len(power) > 1 and np.ptp(power) <= _FLAT * power.max():

@@ -1,6 +1,6 @@
 """The search for the optimum of an engine of formulas: a scan, its peaks climbed by the simplex method, a level set.
 
-Where the power is P(u) with an model error of at most m(u), the true optimum lies among the u with
+If the power is P(u) with a model error of at most m(u), the true optimum lies among the u with
 
     P(u) + m(u) >= P(best) - m(best),
 
@@ -35,9 +35,9 @@ _END = 1e-4  # of the range: nearer to its end than this is at it
 
 
 def search(surface: Surface, engine: Engine, interval: bool = True) -> SearchResult:
-    """Find the peaks that a scan shows, and, where ``interval`` asks for it, the interval of the best.
+    """Find the peaks that a scan shows, and, if ``interval`` asks for it, the interval of the best.
 
-    Raises HarvesterError where every place fails, the last error.
+    Raises HarvesterError if every place fails, the last error.
     """
     return FormulaSearch(surface, engine, len(surface.points)).find(interval)
 
@@ -93,11 +93,11 @@ class FormulaSearch:
         return SearchResult((best, *others), flat, tuple(warnings))
 
     def evaluate(self, where: Floats, stage: str) -> list[Evaluation]:
-        """Evaluate places (n, keys); raises SpentError where the budget ends."""
+        """Evaluate places (n, keys); raises SpentError if the budget ends."""
         return self.surface.evaluate(where, self.engine, stage)
 
     def served(self) -> tuple[Floats, Floats, list[Value]]:
-        """The places, powers and values of the search's own evaluations; raises the last error where all failed."""
+        """The places, powers and values of the search's own evaluations; raises the last error if all failed."""
         return served(self.surface.points[self.begin :])
 
     def highest(self, begin: int | None = None) -> Peak:

@@ -31,7 +31,7 @@ BARELY = 1e-6  # relative difference of the ends that is none
 def front(request: SearchRequest, points: int, progress: Progress) -> ParetoFront:
     """The front of the power and of the quantity that the last limit of the request names, of up to ``points`` designs.
 
-    Raises HarvesterError where the engine fails everywhere, the last error.
+    Raises HarvesterError if the engine fails everywhere, the last error.
     """
     begin = time.perf_counter()
     request, progress = with_counted_peaks(request, progress)

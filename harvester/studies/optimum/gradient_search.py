@@ -1,15 +1,15 @@
 """The search for the optimum of an engine that knows the gradient of the power, without noise.
 
-Of the logarithm L(u) of the power over the unit cube of the keys, a scan finds where to begin, a
+For the logarithm L(u) of the power over the unit cube of the keys, a scan finds where to begin, a
 quasi-Newton method (L-BFGS-B) climbs from there within the ranges, and a Newton step with the
 curvature H = d2L/du2, from differences of the gradient g, ends the climb:
 
     u* = u - H^-1 g,    error of u* = |H^-1| (error of g) (1 + t) + t |u* - u|,
     t = |g(u + h) + g(u - h) - 2 g(u)|/|g(u + h) - g(u - h)|
 
-The error of g is that of the engine's own solution; t, by which the curvature changes over h, is what second order
-leaves out.  Keys at an end of their range, where the power
-would rise beyond it, stay there.
+The error of g is that of the engine's own solution; t, by which the curvature changes over h, is
+what second order leaves out.  Keys at an end of their range, if the power would rise beyond it,
+stay there.
 """
 
 import math
@@ -59,7 +59,7 @@ class Slopes:
 def search(surface: Surface, engine: Any) -> SearchResult:
     """Find the peaks from the best places of a scan, and the interval of the best.
 
-    Raises HarvesterError where every place fails, the last error.
+    Raises HarvesterError if every place fails, the last error.
     """
     return GradientSearch(surface, engine).find()
 
@@ -108,7 +108,7 @@ class GradientSearch:
         return SearchResult(tuple(kept))
 
     def _at(self, u: Floats, stage: str, errors: bool = False) -> Slopes:
-        """The power and its gradient at a place; raises SpentError where the budget has ended."""
+        """The power and its gradient at a place; raises SpentError if the budget has ended."""
         surface = self.surface
         if surface.left < (1.0 - surface.share) * surface.budget:
             raise SpentError

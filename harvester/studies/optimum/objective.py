@@ -56,7 +56,7 @@ def read_share(share: str | float) -> float:
 
 
 def read_second(text: str) -> Limit:
-    """The quantity of a second aim, to be low, or high where ``:high`` stands behind it."""
+    """The quantity of a second aim, to be low, or high if ``:high`` stands behind it."""
     name, colon, way = text.partition(":")
     known = [quantity for quantity in QUANTITIES if quantity != POWER]
     if name not in known:

@@ -77,31 +77,34 @@ def optimise(
     scene
         a `Scene`, or the path of a scene file.
     vary
-        each key with the ends of its range, numbers in SI units or texts with their unit, or a text such as "1k:10M" or
-        "E24:1k:10M", the values of a series; or a list of texts KEY=LOW:HIGH.  Several names of "load.netlist" make it
-        choose between circuits, each with its own best values of the other keys; all have the ``budget`` each.
+        each key with the ends of its range, numbers in SI units or texts with their unit, or a text
+        such as "1k:10M" or "E24:1k:10M", the values of a series; or a list of texts KEY=LOW:HIGH.
+        Several names of "load.netlist" make it choose between circuits, each with its own best
+        values of the other keys; all have the ``budget`` each.
     objective
         "mean_power"; or a share such as "5%": the power of which only 5 % of the devices have less,
         whose parts scatter by ``spread``; or a second quantity such as "peak_displacement", to be
         low (with ":high" behind it high), which makes the answer a front; or a list of both.
     constraints
-        texts such as "voltage_rms < 2 V".  Of a limited quantity the value counts that all but the share keep.
+        texts such as "voltage_rms < 2 V".  For a limited quantity the value counts that all but the
+        share keep.
     spread, lifetime
         as ``vary`` and ``lifetime`` of `tolerance`; a percentage is of the values of each place.
     engine
-        an engine or its name, by default `Exact` for a linear scene, else `Ensemble`, for a netlist `Spice`.  With a
-        share, constraints or a spread it is one of formulas, by default `Exact` where it serves, else `Averaged`; for a
-        front without ``spread`` it may sample, too.
+        an engine or its name, by default `Exact` for a linear scene, else `Ensemble`, for a netlist
+        `Spice`.  With a share, constraints or a spread it is one of formulas, by default `Exact` if
+        it supports, else `Averaged`; for a front without ``spread`` it may sample as well.
     within
-        the relative error of the power at the optimum (0.01 or "1%"); at the ends of the keys' intervals, at most a
-        quarter of it is lost.  Only engines that sample, and `Density`, can work towards it.
+        the relative power error at the optimum (0.01 or "1%"); at the ends of the keys' intervals,
+        at most a quarter of it is lost.  Only engines that sample, and `Density`, can work towards
+        it.
     budget
         seconds, compilation included, or a text such as "30s".
     points
         the most designs of a front (default: 9).
     execution
         has the folder for optimise.csv (all evaluations), optimise.png and provenance.json; of
-        circuits for circuits.csv and a folder each; of a front for pareto.csv and pareto.png.
+        circuits for circuits.csv and a folder each; for a front for pareto.csv and pareto.png.
 
     Returns
     -------
@@ -116,8 +119,10 @@ def optimise(
         target or a budget out of range, a share without a spread, or a folder that cannot be
         written.
     HarvesterError
-        where the engine fails everywhere, the last error.
+        if the engine fails everywhere, the last error.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     >>> best = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="averaged")
@@ -165,7 +170,7 @@ def kind_of_search(
 ) -> Literal["circuits", "devices", "plain"]:
     """Whether `optimise` chooses between circuits, computes "devices" by formulas for another of its aims, or neither.
 
-    Raises InputError for circuits beside such an aim, and for what cannot be varied.
+    Raises InputError for circuits next to such an aim, and for anything that cannot be varied.
     """
     circuits, ranges = varied(vary)
     series = any(r.steps for r in ranges)

@@ -66,7 +66,7 @@ class Optimum(TableResult, kw_only=True):
 
     The interval of each key is where the optimum lies: at 95 % for an engine that samples
     (sampling, shape of the surface and time-step bias), within the model's stated error for a
-    formula; ``why`` says why there is none.
+    formula; ``why`` states the reason why it is missing.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Optimum(TableResult, kw_only=True):
         of each varied key its name ``key``, best ``value`` and interval ``low95`` to ``high95`` (SI
         units).
     estimate
-        the engine's `Estimate` at the best place; of an engine that samples with noise that had no
+        the engine's `Estimate` at the best place; for an engine that samples with noise that had no
         part in finding the place, for the highest power of many is too high.
     peaks
         all places of a largest power, the best first, each with its keys and power.
@@ -90,11 +90,13 @@ class Optimum(TableResult, kw_only=True):
         False if the budget ended before the whole range was looked at: more power may lie anywhere
         in it.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     >>> best = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="averaged")
     >>> best
-    Optimum(engine='averaged', mean_power=0.0032265 +- 2.2e-05 (model, estimated))
+    Optimum(engine='averaged', mean_power=0.00322... +- 2.2e-05 (model, estimated))
     """
 
     FILE: ClassVar[str] = "optimise"  # the name of its files
@@ -139,12 +141,12 @@ class Optimum(TableResult, kw_only=True):
 
     @property
     def flat(self) -> str:
-        """Why no place is better than another; empty where one is."""
+        """Why no place is better than another; empty if one is."""
         return self._sentence(FLAT)
 
     @property
     def why(self) -> str:
-        """Why the best values of the keys have no interval; empty where they have."""
+        """Why the best values of the keys have no interval; empty if they have."""
         return self._sentence(NO_INTERVAL)
 
     no_interval = why
@@ -196,7 +198,7 @@ class Optimum(TableResult, kw_only=True):
 
     @property
     def other_peaks(self) -> Table | None:
-        """The peaks that are lower; None where there is one alone."""
+        """The peaks that are lower; None if there is one alone."""
         if len(self.peaks) < 2:
             return None
         rows = self.peaks[1:]

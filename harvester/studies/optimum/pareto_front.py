@@ -17,7 +17,7 @@ from harvester.uncertainty.value import Value
 class FrontPoint:
     """A design on the front: the values of the keys, the power, and the second quantity (`ParetoFront.quantity`).
 
-    ``quantity_error95`` is its error where an engine samples; None: that of `ParetoFront`.
+    ``quantity_error95`` is its error if an engine samples; None: that of `ParetoFront`.
     """
 
     keys: dict[str, float]
@@ -39,7 +39,7 @@ class ParetoFront(TableResult):
     quantity
         the name of the second quantity.
     sign
-        -1 if it is to be low, 1 where high.
+        -1 if it is to be low, 1 if high.
     points
         the designs, each with its ``keys``, ``mean_power`` and ``quantity``.
     physical
@@ -50,8 +50,10 @@ class ParetoFront(TableResult):
         warnings and notes, each with a code, numbers and a sentence (``str``).
     alike
         designs that an engine that samples cannot tell from the front: they are beaten by less than
-        the errors; in the table they stand behind the front.
+        the errors; in the table they are behind the front.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     >>> front = hv.optimise(
@@ -110,7 +112,7 @@ class ParetoFront(TableResult):
 
     @property
     def table(self) -> Table:
-        """The designs of the front, and where an engine samples those that cannot be told from it."""
+        """The designs of the front, and if an engine samples those that cannot be told from it."""
         points = (*self.points, *self.alike)
         table = self._rows(points)
         if self.points[0].quantity_error95 is None:

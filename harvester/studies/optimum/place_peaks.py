@@ -2,7 +2,7 @@
 
 Places of the ranges and devices about them are drawn together, evenly, with the ends of each; a
 path of each is counted (`harvester.studies.tolerance.peaks`), and polynomials of the keys, by ratio
-where a range is searched by ratio, stand for all others.
+if a range is searched by ratio, stand for all others.
 """
 
 import time
@@ -37,7 +37,7 @@ class PlacePeaks:
     ) -> dict[str, Floats]:
         """The level of each quantity, shape (n,), at a place whose devices have the ``varied`` values, each (n,).
 
-        It is at the unsafe end of its error.  None: the device as it stands, n = 1.
+        It is at the unsafe end of its error.  None: the device unchanged, n = 1.
         """
         values = {key: np.atleast_1d(_value(scene, key)) for key in self.keys} | dict(varied or {})
         count = max(len(column) for column in values.values())
@@ -59,7 +59,7 @@ def place_peaks(
 ) -> PlacePeaks:
     """Count at places of the ranges and devices about them; ``progress`` shows the share of paths done.
 
-    Raises HarvesterError where a place has no peaks, and SimulationError if `SHARE` of the budget
+    Raises HarvesterError if a place has no peaks, and SimulationError if `SHARE` of the budget
     is too short.
     """
     begin = time.perf_counter()

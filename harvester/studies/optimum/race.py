@@ -2,7 +2,7 @@
 
 The places of the first scan come in rounds, coarse to fine: in a round each search evaluates one
 more place, so that none is judged by fewer places than another.  A search whose scan shows less
-than `HOPELESS` of the largest power ends there; what is left of the budget is shared out among the
+than `HOPELESS` of the largest power ends there; the remainder of the budget is shared out among the
 others, that of the largest power first.  A power that has not settled ends no other search.
 """
 
@@ -45,7 +45,7 @@ class Race:
         return sum(request.budget for request in self.requests.values())
 
     def order(self) -> list[str]:
-        """Scan all searches alike; their names, in the order in which they go on."""
+        """Scan all searches alike; their names, in the order in which they continue."""
         for name, request in self.requests.items():
             self.searches[name] = search = Search.begin(request, _Elapsed(self))
             search.surface.budget = SCANS * self.total_budget
@@ -92,7 +92,7 @@ class Race:
     def optimum(self, name: str, folder: OutputFolder | None) -> Optimum:
         """What a search finds in its share of the seconds that are left; ``folder`` gets its files.
 
-        Raises HarvesterError where every place fails, the last error.
+        Raises HarvesterError if every place fails, the last error.
         """
         search = self.searches[name]
         surface = self.searches[name].surface
@@ -111,7 +111,7 @@ class Race:
         return search.finish(folder, result)
 
     def _hopeless(self, name: str) -> bool:
-        """Whether all were scanned, and this one has too little power to go on."""
+        """Whether all were scanned, and this one has too little power to continue."""
         return self.scanned and 0.0 < self.scan_power.get(
             name, 0.0
         ) < HOPELESS * self.scan_power.get(self.top, 0.0)
@@ -137,7 +137,7 @@ def scanning(search: SampledSearch) -> SampledSearch:
 def scan_one_more(search: SampledSearch) -> bool:
     """Evaluate the next place of the coarse scan that a search begins with; False if it has all.
 
-    Raises SpentError where the budget has ended.
+    Raises SpentError if the budget has ended.
     """
     first = scanning(search)
     dimensions = search.surface.dimensions
@@ -150,5 +150,5 @@ def scan_one_more(search: SampledSearch) -> bool:
 
 
 def best_of_scan(search: SampledSearch) -> Peak:
-    """The place of the largest power that the coarse scan saw; raises the last error where it saw none."""
+    """The place of the largest power that the coarse scan saw; raises the last error if it saw none."""
     return search.best_so_far(scanning(search).of_scan)

@@ -38,7 +38,7 @@ class Range:
 
     @property
     def logarithmic(self) -> bool:
-        """Whether it is searched by ratio: where the ends differ tenfold."""
+        """Whether it is searched by ratio: if the ends differ tenfold."""
         return self.low > 0.0 and self.high >= 10.0 * self.low
 
     def value(self, u: float) -> float:
@@ -105,12 +105,12 @@ def varied(vary: Vary) -> tuple[tuple[str, ...], tuple[Range, ...]]:
 
 
 def ranges(vary: Vary) -> tuple[Range, ...]:
-    """The ranges of `varied`, where circuits are not among it."""
+    """The ranges of `varied`, if circuits are not among it."""
     return varied(vary)[1]
 
 
 def _pair(item: Any) -> tuple[str, Any]:
-    """A key and what is said of it; of a text that names none, the text."""
+    """A key and what is stated of it; for a text that names none, the text."""
     if isinstance(item, Range):
         return item.key, item
     if not isinstance(item, str):

@@ -6,7 +6,7 @@ measured trajectory by trajectory, knows that, and the error of a difference is 
 polynomial leaves of the powers beyond their noise, s^2 = |P - X c|^2/(m - k) less its expectation,
 counts as further noise of each: it is the shape that no such polynomial has.
 
-Where the gradient vanishes, its error moves the place by -H^-1 times it (delta method): Cov(x) =
+If the gradient vanishes, its error moves the place by -H^-1 times it (delta method): Cov(x) =
 H^-1 G L C L' G' H^-1.
 """
 

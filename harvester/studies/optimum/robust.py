@@ -1,6 +1,6 @@
 """An engine around an engine of formulas: its power is that of the worst few per cent of devices, under limits.
 
-Each place of a search stands for many devices, whose parts scatter about the values there.  The
+Each place of a search represents many devices, whose parts scatter about the values there.  The
 engine computes a few of them, the same places of the spreads everywhere, and a polynomial through
 these gives the quantile of many.  A place that breaks limits has its power multiplied by
 exp(-`PENALTY` v), v being how far it breaks them, relatively: the search comes to the edge of what
@@ -61,9 +61,10 @@ class DesignOutcome:
 class Robust(Engine):
     """``engine`` for many devices: the mean of the power (``share`` None), or what all but a ``share`` of them exceed.
 
-    ``vary`` are pairs of a key and its spread, about the values of each place; none: the device as it stands.  Of a
-    limit the value counts that all but the ``share`` of devices keep; peaks are those over the ``lifetime``, by
-    Rice's formula or, of a scene that is not linear, by the surfaces ``counted``.
+    ``vary`` are pairs of a key and its spread, about the values of each place; none: the device
+    unchanged.  For a limit the value counts that all but the ``share`` of devices keep; peaks are
+    those over the ``lifetime``, by Rice's formula or, of a scene that is not linear, by the
+    surfaces ``counted``.
     """
 
     engine: Engine
@@ -82,13 +83,13 @@ class Robust(Engine):
         return int(getattr(self.engine, "seed", 0))
 
     def run_many(self, scenes: Sequence[AnyScene]) -> list[Estimate | HarvesterError]:
-        """For each scene the estimate of the device as it stands, with the power of its `DesignOutcome`."""
+        """For each scene the estimate of the device unchanged, with the power of its `DesignOutcome`."""
         if not self.vary:
             self._run_devices([Problem.of(scene).scene for scene in scenes])
         return [self._estimate(scene) for scene in scenes]
 
     def _run_devices(self, scenes: Sequence[Scene]) -> None:
-        """Compute devices as they stand at once, which a formula does for little more than one; errors come later."""
+        """Compute devices unchanged at once, which a formula does for little more than one; errors come later."""
         new = {key: scene for scene in scenes if (key := scene.to_toml()) not in self._known}
         for (key, scene), answer in zip(
             new.items(), self.engine.run_many([*new.values()]), strict=True
@@ -98,7 +99,7 @@ class Robust(Engine):
                     self._known[key] = answer, self._single_device(scene, answer)
 
     def _single_device(self, scene: Scene, answer: Estimate) -> DesignOutcome:
-        """The outcome of a device as it stands."""
+        """The outcome of a device unchanged."""
         power, square = (
             np.array([mean.value]) for mean in (answer.mean_power, answer.mean_square_voltage)
         )
@@ -106,9 +107,9 @@ class Robust(Engine):
         return self._summed(power, square, peaks, _off(answer.mean_power))
 
     def outcome(self, scene: AnyScene) -> tuple[Estimate, DesignOutcome]:
-        """The estimate of the scene as it stands, and what its devices give.
+        """The estimate of the scene unchanged, and what its devices give.
 
-        Raises HarvesterError where the engine has no answer for it, or for one of its devices.
+        Raises HarvesterError if the engine has no answer for it, or for one of its devices.
         """
         nominal = Problem.of(scene).scene
         key = nominal.to_toml()
@@ -159,7 +160,7 @@ class Robust(Engine):
         }
 
     def _peaks(self, scene: AnyScene) -> dict[str, float]:
-        """The peaks over the lifetime, at the unsafe end of their error; none where no limit asks for them."""
+        """The peaks over the lifetime, at the unsafe end of their error; none if no limit asks for them."""
         if self.lifetime is None:
             return {}
         if self.counted is not None:
@@ -204,7 +205,7 @@ class Robust(Engine):
 
     @cached_property
     def _cube_points(self) -> tuple[Floats, Floats]:
-        """The places of the devices that are computed, and of those that the polynomial stands for."""
+        """The places of the devices that are computed, and of those that the polynomial represents."""
         keys = len(self.vary)
         inner = design.sobol_points(2 * (keys + 1) * (keys + 2) + 1, keys, 0)
         return np.vstack([inner, design.outer(keys)]), design.sobol_points(DEVICES, keys, 1)

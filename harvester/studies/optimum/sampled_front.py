@@ -1,7 +1,7 @@
 """The Pareto front of two objectives by an engine that samples: the best of many points, and those within its errors.
 
 All places are computed with the same noise, coarse to fine, until the budget ends.  A place is on
-the front where none has both more power and a better other quantity.  Of one that is beaten, the
+the front if none has both more power and a better other quantity.  For one that is beaten, the
 front may still hold it: by each place that beats it, in one aim or the other by less than the root
 of both squared errors,
 

@@ -58,7 +58,7 @@ SCOUTED = 0.5  # of the budget, for the scout at most
 class SampledSearch:
     """The search for the optimum of an engine that samples.
 
-    ``within`` is the relative error of the power that an evaluation at full accuracy is to have.
+    ``within`` is the relative power error that an evaluation at full accuracy is to have.
     """
 
     surface: Surface
@@ -85,7 +85,7 @@ class SampledSearch:
     def find(self) -> SearchResult:
         """Find the peaks, best first.
 
-        Raises HarvesterError where every place fails, the last error.
+        Raises HarvesterError if every place fails, the last error.
         """
         begin = len(self.surface.points)
         flat = None
@@ -187,7 +187,7 @@ class SampledSearch:
         return self._cheaper
 
     def _scouted(self) -> list[tuple[Floats, Floats]]:
-        """Places and half-widths of boxes where a cheaper engine has peaks; none if none can be trusted."""
+        """Places and half-widths of boxes if a cheaper engine has peaks; none if none can be trusted."""
         surface = self.surface
         engine = self.engine
         begin = len(self.surface.points)
@@ -227,7 +227,7 @@ class SampledSearch:
         return [(u[k], width) for k in local_maxima(u, power)[:CANDIDATES]]
 
     def _refine(self, u: Floats, width: Floats) -> tuple[Peak, Diagnostic | None]:
-        """The peak near a place, and why there is none where the surface is flat."""
+        """The peak near a place, and the reason why it is missing if the surface is flat."""
         self.rough_peak = None
         engine = with_options(self.engine, within=self.within, budget=0.3 * self.surface.left_now)
         first = self.surface.evaluate(u[None], with_options(engine, seed=self.new_seed()), "pilot")[
@@ -278,7 +278,7 @@ class SampledSearch:
         return fit, bias
 
     def _flatness(self, fit: Fit) -> Diagnostic | None:
-        """Why no place is better than another, where the box is the whole of the ranges and none is."""
+        """Why no place is better than another, if the box is the whole of the ranges and none is."""
         if not fit.walls.all():
             return None
         if fit.flat:
@@ -300,7 +300,7 @@ class SampledSearch:
     def _design(
         self, u: Floats, width: Floats, stage: str, coarse: bool = False
     ) -> list[Evaluation]:
-        """Evaluate points that fill the box, with the same noise where `shares_noise`."""
+        """Evaluate points that fill the box, with the same noise if `shares_noise`."""
         n = self.surface.dimensions
         low = np.maximum(u - width, 0.0)
         high = np.minimum(u + width, 1.0)

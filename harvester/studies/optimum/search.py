@@ -104,7 +104,7 @@ class Search:
     ) -> Optimum:
         """The optimum; an engine that samples may have begun to scan.
 
-        ``found`` is what was found already, where the search is to end with it; ``folder`` gets the
+        ``found`` is what was found already, if the search is to end with it; ``folder`` gets the
         files.
         """
         begin = time.perf_counter()
@@ -126,7 +126,7 @@ class Search:
         return answer
 
     def _sound_before(self) -> list[Evaluation]:
-        """The engine's own sound evaluations under a steady drive, where no noise favours the highest of many."""
+        """The engine's own sound evaluations under a steady drive, if no noise favours the highest of many."""
         steady = Problem.of(self.request.scene).equations.is_steady
         return [
             p
@@ -137,7 +137,7 @@ class Search:
     def _last(self, result: SearchResult) -> tuple[SearchResult, Estimate, list[Diagnostic]]:
         """The answer at the optimum: an engine that samples gives it anew, with noise of its own.
 
-        Where that has no time left, the best of what was sound before is the optimum, if nothing is
+        If that has no time left, the best of what was sound before is the optimum, if nothing is
         random.
         """
         surface = self.surface
@@ -197,7 +197,7 @@ class Search:
         )
 
     def _keys(self, result: SearchResult) -> tuple[OptimalKey, ...]:
-        """The best value of each key with its interval: the whole range where the surface is flat."""
+        """The best value of each key with its interval: the whole range if the surface is flat."""
         best = result.peaks[0]
         keys = list[OptimalKey]()
         for k, r in enumerate(self.surface.ranges):

@@ -15,7 +15,7 @@ from harvester.uncertainty.value import Value
 class Peak:
     """A place in the unit cube with a higher power than all places near it.
 
-    ``low`` and ``high`` are the ends of its interval, None if there is none, as ``why`` says;
+    ``low`` and ``high`` are the ends of its interval, None if absent, as ``why`` states;
     ``faces`` is of each key -1, 0 or 1: at the lower end of the range, inside, at the upper end;
     ``width`` the half-width of a box over which the power falls by a tenth or so, None if that is
     not known.
@@ -31,7 +31,7 @@ class Peak:
 
     @classmethod
     def best_of(cls, points: Sequence[Evaluation], why: Diagnostic | None = None) -> "Peak":
-        """The point of most power, on no face and without an interval; raises the last error where all failed."""
+        """The point of most power, on no face and without an interval; raises the last error if all failed."""
         u, power, values = served(points)
         best = int(np.argmax(power))
         return cls(u[best], values[best], np.zeros(u.shape[1]), why=why)

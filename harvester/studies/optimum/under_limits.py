@@ -53,9 +53,11 @@ class RobustOptimum(Optimum, kw_only=True):
     binds
         the limits that keep the power from growing.
     limited_peaks
-        those of a long path of the best design itself, where the scene is not linear and no part
+        those of a long path of the best design itself, if the scene is not linear and no part
         scatters; each is a `Value`.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     >>> limit = "mean_square_voltage < 0.05"
@@ -203,7 +205,7 @@ def robust_request(
 def with_counted_peaks(
     request: SearchRequest, progress: Progress
 ) -> tuple[SearchRequest, Progress]:
-    """The request with surfaces of the limited peaks, where these are counted, and the progress of the rest."""
+    """The request with surfaces of the limited peaks, if these are counted, and the progress of the rest."""
     robust = robust_of(request)
     scene = request.scene
     if robust.lifetime is None or rice_holds(Problem(scene)):
@@ -231,7 +233,7 @@ def under_limits(
 ) -> RobustOptimum:
     """The values of keys with the largest power of most devices, under limits.
 
-    Raises HarvesterError where the engine fails everywhere, the last error.
+    Raises HarvesterError if the engine fails everywhere, the last error.
     """
     request, progress = with_counted_peaks(request, progress)
     robust = robust_of(request)

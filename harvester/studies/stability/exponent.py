@@ -34,8 +34,8 @@ class Stability(TableResult):
     averaged, model
         by our averaging, and its estimated error (None: unknown).
     ensemble
-        a `Value`: by Monte Carlo.  Where there is a stop and no noise, the step's part in its error is at least the
-        distance from ``noiseless``.
+        a `Value`: by Monte Carlo.  If there is a stop and no noise, the step's part in its error is
+        at least the distance from ``noiseless``.
     noiseless
         the exact exponent without noise; None: the mass leaves the stop for good.
     diagnostics
@@ -43,6 +43,8 @@ class Stability(TableResult):
     region
         the edge of stability in the plane of the load and the parametric noise, if it was computed.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=0.1, beta=0.05, mu=1.0))
     >>> hv.stability(scene, trajectories=64, duration=50.0).verdict
@@ -87,7 +89,7 @@ class Stability(TableResult):
         return Table(columns, "The edge of stability")
 
     def plot(self, title: str | None = "") -> "figures.Plot":
-        """The region of stability in the plane (mu, D22); raises InputError where that was not computed."""
+        """The region of stability in the plane (mu, D22); raises InputError if that was not computed."""
         if not self.region:
             raise InputError(
                 "`plot` must have a region of stability, which only `stability` with `out` computes"
@@ -130,10 +132,12 @@ def stability(
     InputError
         for a folder that cannot be written, and what `Execution` has for other studies.
     CannotServeError
-        for a netlist load, and where the linearised motion about x = 0 says nothing of rest.
+        for a netlist load, and if the linearised motion about x = 0 says nothing of rest.
     SimulationError
-        where the linearised motion stops dead (restitution 0 without a voltage).
+        if the linearised motion stops dead (restitution 0 without a voltage).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0))
     >>> result = hv.stability(scene, trajectories=64, duration=50.0)

@@ -40,7 +40,7 @@ class Measured:
 class Edge(Measured):
     """The boundary of stability at one mu: N2 = eps2^2 D22 at which the top exponent is zero, stable below.
 
-    0 where rest is unstable without noise, infinite where no noise makes it unstable; ``ensemble``
+    0 where rest is unstable without noise, infinite if no noise makes it unstable; ``ensemble``
     is by Monte Carlo, with its standard error (infinite: none was found).
     """
 

@@ -1,9 +1,11 @@
 """The client of a Dask scheduler as an executor: its address is checked, and what goes wrong there is one line."""
 
+import asyncio
 import logging
 import socket
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from functools import wraps
@@ -19,7 +21,7 @@ PATIENCE = 20.0  # seconds for the scheduler to answer and to have a worker
 
 
 def client_of(address: str | None) -> AbstractContextManager[Any]:
-    """`dask_client`, or None if there is no address."""
+    """`dask_client`, or None without an address."""
     return nullcontext() if address is None else dask_client(address)
 
 
@@ -72,6 +74,38 @@ def _without_tracebacks() -> Iterator[None]:
             logger.disabled = False
 
 
+def _says_that_it_is_one(address: str) -> bool:
+    """Whether a Dask scheduler answers at an address, in the language of this version of Dask.
+
+    Raises OSError if nothing answers in `PATIENCE`, and as Dask's Security without certificates.
+    """
+    from distributed import Security
+    from distributed.comm.core import connect
+
+    async def asked() -> Any:
+        """Ask for its identity, and be done with it."""
+        arguments = Security().get_connection_args("client")
+        stream = await connect(address, timeout=PATIENCE, **arguments)
+        try:
+            await stream.write({"op": "identity", "reply": True})
+            return await stream.read()
+        finally:
+            stream.abort()
+
+    async def in_time() -> Any:
+        """Ask, for at most `PATIENCE`."""
+        return await asyncio.wait_for(asked(), PATIENCE)
+
+    try:
+        with ThreadPoolExecutor(1) as pool:  # a notebook has a loop of its own in this thread
+            answer = pool.submit(asyncio.run, in_time()).result()
+    except (OSError, ValueError, TypeError):
+        raise
+    except Exception:  # whatever Dask makes of another program's bytes, such as MemoryError
+        return False
+    return isinstance(answer, dict) and answer.get("type") == "Scheduler"
+
+
 def _connected(address: str) -> Any:
     """The client of a scheduler that answers and has workers; raises as `dask_client`."""
     try:
@@ -85,11 +119,17 @@ def _connected(address: str) -> Any:
         "be the address of a Dask scheduler that answers, such as tcp://host:8786 "
         "(tls: with Dask's certificates set)"
     )
-    try:  # Dask itself would take a minute to give up, and not in one line
+    # Dask itself would wait a minute for no port, and without end for one that says nothing.
+    try:
         socket.create_connection(get_address_host_port(address, strict=True), PATIENCE).close()
-        client = Client(address, timeout=PATIENCE)
+        is_scheduler = _says_that_it_is_one(address)
+        client = Client(address, timeout=PATIENCE) if is_scheduler else None
     except (OSError, ValueError, TypeError):  # the last without certificates
         raise invalid("`scheduler`", must, without_password(address)) from None
+    if client is None:
+        raise InputError(
+            f"`scheduler` must {must}, but another program answers at {without_password(address)!r}"
+        )
     try:
         client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError:

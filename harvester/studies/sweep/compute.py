@@ -46,17 +46,18 @@ def compute_table(
     budget: float | None = None,
     in_place_of: Mapping[str, Sequence[str]] = types.MappingProxyType({}),
 ) -> SweepTable:
-    """Run every engine at every point; write sweep.csv, sweep.nc, sweep.png and provenance.json where there is `out`.
+    """Run every engine at every point; write sweep.csv, sweep.nc, sweep.png and provenance.json if there is `out`.
 
-    Each finished point is in sweep.journal at once; `resume` keeps those of an earlier run of the same sweep and
-    computes the others, also those that failed.  A point that fails is a row with its error.  Whoever computes, the
-    answers are the same, but for their seconds, and for what a budget makes of these.  The progress is told the rows of
-    each engine.  A ``budget`` (s) is that of all rows together; ``in_place_of``: for which formulas an engine stands.
+    Each finished point is in sweep.journal at once; `resume` keeps those of an earlier run of the
+    same sweep and computes the others, also those that failed.  A point that fails is a row with
+    its error.  Whoever computes, the answers are the same, but for their seconds, and for what a
+    budget makes of these.  The progress is reported the rows of each engine.  A ``budget`` (s) is
+    that of all rows together; ``in_place_of``: for which formulas an engine stands.
 
     Raises InputError for a point that no scene can be, before anything is computed, an option that
     no engine takes, a folder that cannot be written, or an earlier sweep that was another one;
-    KeyboardInterrupt at ^C, with a text that says how to go on; HarvesterError when every point
-    failed, the last error; the table is written all the same.
+    KeyboardInterrupt at ^C, with a text that states how to continue; HarvesterError when every
+    point failed, the last error; the table is written all the same.
     """
     engines = [engine.at_many_points for engine in engines]
     names = [engine.NAME for engine in engines]
@@ -231,7 +232,7 @@ class _Sweep:
         return table
 
     def _kept(self, now: dict[str, str]) -> Iterator[JournalRow]:
-        """The rows of an earlier run of the same sweep that hold an answer; none where its files are damaged."""
+        """The rows of an earlier run of the same sweep that hold an answer; none if its files are damaged."""
         assert self.folder is not None
         rows = self.journal.earlier(now)
         if rows is None:  # the sweep was finished, or there was none
@@ -241,7 +242,7 @@ class _Sweep:
                 yield row
 
     def _rows_of_files(self, out: Path, now: dict[str, str]) -> Iterator[JournalRow]:
-        """The rows of sweep.csv, where provenance.json states that they are of the same sweep."""
+        """The rows of sweep.csv, if provenance.json states that they are of the same sweep."""
         keys = self.points.keys
         try:
             before = json.loads(files.read(out / "provenance.json", "`out`", MOST_BYTES))

@@ -30,7 +30,7 @@ PURE = ("_dof", "_unknown")
 
 
 class TableShape(SweepShape, Protocol):
-    """What a dataset reads of a `harvester.SweepTable`, beside what its figure does."""
+    """What a dataset reads of a `harvester.SweepTable`, next to what its figure does."""
 
     @property
     def keys(self) -> Sequence[str]:
@@ -56,8 +56,8 @@ class TableShape(SweepShape, Protocol):
 def dataset(table: TableShape) -> "xarray.Dataset":
     """The table as variables over (engine, key, key, ...), or over (engine, point) for a list of points.
 
-    A variable is nan if there is no number.  Units are attributes with udunits' names, "1" for a pure number; the
-    whole of ``table.about`` is an attribute as JSON.
+    A variable is nan without a number.  Units are attributes with udunits' names, "1" for a pure
+    number; the whole of ``table.about`` is an attribute as JSON.
     """
     import xarray
 
@@ -67,7 +67,7 @@ def dataset(table: TableShape) -> "xarray.Dataset":
 def netcdf(table: TableShape) -> bytes:
     """The dataset as the bytes of a NetCDF 3 file (64-bit offsets), which every reader knows.
 
-    SciPy writes it, and texts as xarray reads them: loading xarray takes longer than most sweeps by
+    SciPy writes it, and texts as xarray reads them: loading xarray needs longer than most sweeps by
     a formula.
     """
     from scipy.io import netcdf_file
@@ -137,7 +137,7 @@ def _variables(table: TableShape) -> tuple[dict[str, Variable], dict[str, Variab
 
 
 def _laid_out(cells: Sequence[Any], indices: Sequence[int], size: int) -> Any:
-    """Cells at their places among so many: numbers, nan if there is none, or texts, '' if there is none."""
+    """Cells at their places among so many: numbers, nan if absent, or texts, '' if absent."""
     texts = any(isinstance(cell, str) for cell in cells)
     values = np.full(size, "", dtype=object) if texts else np.full(size, np.nan)
     nothing = "" if texts else np.nan
@@ -158,7 +158,7 @@ def _meaning(column: Column, name: str, is_text: bool) -> dict[str, str]:
 
 
 def _attributes(about: Mapping[str, Any]) -> dict[str, str]:
-    """The attributes of a dataset that say where its numbers come from."""
+    """The attributes of a dataset that state where its numbers come from."""
     known = {
         "title": about.get("scene", {}).get("title", ""),
         "source": f"harvester {about.get('versions', {}).get('harvester', '')}".strip(),

@@ -4,7 +4,7 @@ Each finished task is one transaction, so that whatever ends the program costs t
 only.  The database does not wait for the disk: a failure of the machine's power may damage it, and
 then costs what came after sweep.csv was last written (of a response: all).
 
-Each row has a checksum of all that it says, of the sweep, and of the versions that made it.  It
+Each row has a checksum of all that it states, of the sweep, and of the versions that made it.  It
 finds accidents and edits by hand; it has no secret, so that it keeps no forger out.
 """
 
@@ -104,7 +104,7 @@ class Journal:
             raise InputError(f"`out` must be no folder that {busy}, but {str(out)!r} is")
 
     def earlier(self, now: Mapping[str, str]) -> list[JournalRow] | None:
-        """The rows of an earlier run of the same study; None if there is no journal, or it is damaged.
+        """The rows of an earlier run of the same study; None without a journal, or it is damaged.
 
         Raises InputError if the journal is that of another study or of version 0.1, and for a row
         that was changed since or added.
@@ -210,7 +210,8 @@ class Journal:
     def _connected(self) -> sqlite3.Connection:
         if self._database is None:
             for path in self._files:
-                if path.exists() and not path.is_file():  # SQLite would wait for a pipe's writer
+                # SQLite would wait for a pipe's writer, and follow a link
+                if path.is_symlink() or (path.exists() and not path.is_file()):
                     raise InputError(
                         f"`out` must take {self.path.name}, but there is a {path.name} that is no file: remove it"
                     )

@@ -36,7 +36,7 @@ class Axis:
 def read_axis(text: str) -> Axis:
     """The axis that a text describes, such as ``load.resistance=1k:10M:25`` or ``load.resistance=1k,2k,5k``.
 
-    FROM:TO:COUNT is spaced evenly, by ratio where the ends differ tenfold.
+    FROM:TO:COUNT is spaced evenly, by ratio if the ends differ tenfold.
 
     Raises InputError for a key that no scene has, or values that it cannot take.
     """
@@ -112,7 +112,7 @@ class Points:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The number of values along each axis; of a list, of points."""
+        """The number of values along each axis; for a list, of points."""
         return (
             (len(self.axes[0].values),) if self.listed else tuple(len(a.values) for a in self.axes)
         )

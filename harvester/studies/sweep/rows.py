@@ -46,8 +46,9 @@ AT_ONCE = 1000  # rows that are written at once
 class SweepRow:
     """What an engine answered at a point of a sweep, where the scene keys are those ``varied``, in SI units.
 
-    Without an answer its numbers are None, and ``error`` says why.  ``responses`` is how many a steady drive has, where
-    a search from many starts was made; ``bound`` the most that any device of this mass could take of the shaking.
+    Without an answer its numbers are None, and ``error`` states why.  ``responses`` is how many a
+    steady drive has, if a search from many starts was made; ``bound`` the most that any device of
+    this mass could take of the shaking.
 
     >>> SweepRow.answered(Estimate("exact", False, Value(0.1), Value(0.2), {}, (), 0.0123, 0)).mean_power
     0.1
@@ -83,7 +84,7 @@ class SweepRow:
 
     @staticmethod
     def read(text: str) -> "SweepRow":
-        """The row that `written` wrote; ValueError, KeyError or TypeError where it did not."""
+        """The row that `written` wrote; ValueError, KeyError or TypeError if it did not."""
         parts = json.loads(text)
         values = {name: Value(**parts[name]) for name in QUANTITIES if name in parts}
         return SweepRow(
@@ -166,7 +167,7 @@ def lines(keys: Sequence[str], rows: Iterable[SweepRow], units: AnswerUnits) -> 
 
 
 def read_cells(cells: Mapping[str, str]) -> SweepRow | None:
-    """The row in a line of sweep.csv, without its keys; None where it was cut off or is of a point that failed."""
+    """The row in a line of sweep.csv, without its keys; None if it was cut off or is of a point that failed."""
     try:
         voltage, power = (_read_value(cells, name) for name in QUANTITIES)
         responses = int(cells["responses"]) if cells["responses"] else None

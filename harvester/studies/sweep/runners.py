@@ -20,6 +20,7 @@ from harvester.studies.sweep.tasks import Answer, Task, compute, compute_alone
 AHEAD = 4  # tasks with an executor for each thread of its workers, at least `FEWEST`
 FEWEST = 64
 PATIENCE = 20.0  # seconds that an executor may be without workers
+LEAVING = 2.0  # s that a worker which goes may still be counted as there
 LOOK = 1.0  # seconds without an answer after which the workers are counted
 
 Process = Any  # loky's, which is loaded if it is needed
@@ -40,7 +41,7 @@ def pool(
     """Compute the tasks in a number of worker processes, which share the cores; ``meanwhile`` is called once beside it.
 
     A process that dies is replaced; its task is tried once more, a batch then point by point, and
-    is an error if that dies, too.
+    is an error if that dies as well.
     """
     from harvester.machine import processes
 
@@ -123,12 +124,15 @@ def _by_executor(tasks: Iterator[Task], executor: Any, name: str) -> Done:
             except (HarvesterError, *GONE):
                 raise
             except Exception as error:
-                if type(error).__name__ != "KilledWorker":
+                if type(error).__name__ == "KilledWorker":
+                    repeats, answers = task.split(), task.lost()
+                elif _has_lost_its_workers(executor):
+                    repeats = [task]
+                else:
                     why = f"{type(error).__name__}: {error}"
                     raise SimulationError(
                         f"a worker must run this version of harvester, but fails: {why}"
                     ) from None
-                repeats, answers = task.split(), task.lost()
             if not repeats:
                 yield task, answers
             for new in itertools.chain(repeats, itertools.islice(tasks, 1)):
@@ -138,8 +142,20 @@ def _by_executor(tasks: Iterator[Task], executor: Any, name: str) -> Done:
             job.cancel()
 
 
+def _has_lost_its_workers(executor: Any) -> bool:
+    """Whether the last worker of a Dask scheduler goes: what a task raises then is not the task's error."""
+    if not hasattr(executor, "nthreads"):
+        return False
+    end = time.monotonic() + LEAVING
+    while time.monotonic() < end:
+        if not executor.nthreads():
+            return True
+        time.sleep(LOOK / 10.0)
+    return False
+
+
 def _as_completed(pending: Mapping[Job, Task], executor: Any, name: str) -> Iterator[Job]:
-    """The jobs that are done, as they are done; SimulationError if there is no worker for `PATIENCE`."""
+    """The jobs that are done, as they are done; SimulationError without a worker for `PATIENCE`."""
     seen = time.monotonic()
     while pending:
         done, _ = wait(pending, LOOK, FIRST_COMPLETED)

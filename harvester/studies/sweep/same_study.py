@@ -54,7 +54,7 @@ def short_hash(text: str) -> str:
 def check_same(
     out: Path, before: object, now: Mapping[str, str], kind: JournalKind = SWEEP
 ) -> None:
-    """Raise InputError, with what differs, where the identity of the earlier study in a folder is not that of now."""
+    """Raise InputError, with what differs, if the identity of the earlier study in a folder is not that of now."""
     for key in kind.same:
         if not isinstance(before, dict) or before.get(key) != now[key]:
             raise InputError(

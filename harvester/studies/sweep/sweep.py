@@ -44,9 +44,9 @@ def sweep(
         their unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line, such as
         "1k:10M:25", whose values each are the same multiple of the one before.
     engines
-        engines or their names; by default `Exact` for a linear scene, for a netlist `Spice` beside
-        `Ideal`, else all that support it, `Density` under white noise only.  For a netlist `Ideal`, else `Compiled`, is
-        computed in place of formulas.
+        engines or their names; by default `Exact` for a linear scene, for a netlist `Spice` next to
+        `Ideal`, else all that support it, `Density` under white noise only.  For a netlist `Ideal`,
+        else `Compiled`, is computed in place of formulas.
     execution
         who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and
         provenance.json; without a folder nothing is left on the disk.
@@ -65,8 +65,10 @@ def sweep(
         for a key that no scene has, a value that it cannot take, or a folder that cannot be
         written.
     HarvesterError
-        where every point failed, the last error.
+        if every point failed, the last error.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     >>> table = hv.sweep(scene, vary={"nondimensional.mu": [0.5, 1.0, 2.0]}, engines=[hv.Averaged()])

@@ -34,10 +34,12 @@ class SweepTable(TableResult):
         the number of each row's point, in the order of the grid (the last key fastest) or of the
         list.
     listed
-        whether the points are no grid: each takes the n-th value of every axis.
+        whether the points are not grid: each takes the n-th value of every axis.
     about
         the provenance: versions, scene, seed, machine.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     >>> table = hv.sweep(scene, vary={"nondimensional.mu": [0.5, 2.0]}, engines=[hv.Averaged()])
@@ -117,7 +119,7 @@ class SweepTable(TableResult):
         return [row for row in self.rows if row.engine == engine]
 
     def column(self, name: str, engine: str) -> "np.ndarray[Any, np.dtype[np.float64]]":
-        """One column of sweep.csv of one engine's rows as numbers; nan where there is none, as where a point failed."""
+        """One column of sweep.csv of one engine's rows as numbers; nan if absent, as if a point failed."""
         cells = columns_of(self.keys, self.of(engine), self.unit_names).plain()[name]
         return np.array([np.nan if cell is None else cell for cell in cells], dtype=np.float64)
 

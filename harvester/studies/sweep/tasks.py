@@ -74,7 +74,7 @@ def tasks(
 ) -> Iterator[Task]:
     """The tasks of a sweep, made one by one; ``is_missing(point, index)`` says what is not done yet.
 
-    A batch is always the same points, also where some of them are done: an answer's last digits
+    A batch is always the same points, also if some of them are done: an answer's last digits
     depend on the batch.
     """
     for begin in range(0, len(points), BATCH):
@@ -105,9 +105,9 @@ def _at_once(engine: Engine, scene: Scene, points: Points, first: int) -> int:
 
 
 def compute_alone(task: Task) -> tuple[list[Answer], bool]:
-    """Compute a task in a worker process, and say whether that may take another one.
+    """Compute a task in a worker process, and state whether that may take another one.
 
-    Where an engine goes from point to point, ngspice runs in this very process, which is not
+    If an engine goes from point to point, ngspice runs in this very process, which is not
     started for more; a task that ended its process before, or whose runs may be given up at the end
     of a budget, has processes of ngspice as elsewhere.
     """

@@ -7,7 +7,7 @@ correlation matrix C = L L^T by the factor L, and become places again,
     u' = Phi(L Phi^-1(u)),
 
 so that each key keeps its own distribution.  A correlation is that of the normal numbers behind the
-keys; of uniform spreads it is within 0.02 of their own.
+keys; for uniform spreads it is within 0.02 of their own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,7 +39,7 @@ def sobol_points(count: int, dimensions: int, seed: int) -> Floats:
 def correlation(
     given: Sequence[str] | Mapping[tuple[str, str], float], keys: Sequence[str]
 ) -> Floats | None:
-    """The matrix of correlations that texts ``A,B=.7`` or pairs describe, shape (n, n); None if there are none.
+    """The matrix of correlations that texts ``A,B=.7`` or pairs describe, shape (n, n); None if absent.
 
     Raises InputError for a text of another form, a key that is not varied, a number outside -1 to
     1, and correlations that cannot be true together.

@@ -75,7 +75,7 @@ def parse(text: str, physical: bool = True, quantities: Mapping[str, Kind] = QUA
     """The limit that a text such as ``mean_power > 5 uW`` describes; of a nondimensional scene without unit.
 
     Raises InputError for a text of another form, a quantity that is not among ``quantities``, with
-    the nearest match, and a bound that is none of its values.
+    the nearest match, and a bound that is not one of its values.
     """
     match = _FORM.fullmatch(text)
     if match is None:

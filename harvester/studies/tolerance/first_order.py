@@ -5,7 +5,7 @@ has
 
     P1(x) = P0 + g (x - x0)
 
-Each key alone at its 5 % and 95 % points is computed, too, which tells its curvature c_k, and so
+Each key alone at its 5 % and 95 % points is computed as well, which tells its curvature c_k, and so
 are the two places
 
     x0 -+ 1.645 C g/sqrt(g C g),    C the covariance of the keys,

@@ -70,7 +70,7 @@ def peak_surfaces(
     The first ``inner`` of them are samples, the others hold the outer ends; ``report`` is called
     with the number done.
 
-    Raises HarvesterError where a scene has no peaks.
+    Raises HarvesterError if a scene has no peaks.
     """
     by_rice = rice_holds(Problem(scenes[0]))
     devices: list[dict[str, Value]] = []

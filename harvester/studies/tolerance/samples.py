@@ -1,7 +1,7 @@
 """The power and voltage of many devices by one engine, and how far they are from those of a dearer engine.
 
 An engine computes some of the samples, all with the same noise if it has any, and a polynomial
-through them stands for the others.  A dearer engine computes a few of the samples again: with the
+through them represents the others.  A dearer engine computes a few of the samples again: with the
 ratios r of its answers to the cheap ones, samples are multiplied by mean(r), and another sample
 lies within
 
@@ -41,7 +41,7 @@ SMALL = 0.5  # of the standard deviation of the powers: an error below is small 
 class Samples:
     """What the samples of one engine are: their values, which of them have an answer, and the relative error.
 
-    ``values`` are those of each of `QUANTITIES`, shape (n,), where ``served``; ``off`` the relative
+    ``values`` are those of each of `QUANTITIES`, shape (n,), if ``served``; ``off`` the relative
     error at 95 % that is common to all or within which each lies, None if it is not known;
     ``checks`` say if it is from; ``ratio`` is what the powers were multiplied by.
     """
@@ -77,7 +77,7 @@ def cheapest(problem: Problem) -> type[Any]:
 
 
 def dearer(engine: Engine, **options: Any) -> Engine | None:
-    """The engine that leaves less out of the model, with its options; None if there is none."""
+    """The engine that leaves less out of the model, with its options; None if absent."""
     return None if engine.next_fidelity is None else engine_of(engine.next_fidelity, **options)
 
 
@@ -91,7 +91,7 @@ def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engin
 
 
 def column(table: SweepTable, name: str) -> Floats:
-    """A column of all rows as numbers, in the order of the points; nan if there is none."""
+    """A column of all rows as numbers, in the order of the points; nan if absent."""
     return np.array(
         [math.nan if cell is None else cell for cell in table.table.plain()[name]], dtype=np.float64
     )

@@ -6,6 +6,8 @@ KEY=.94:.98             anywhere between two values (uniform)
 KEY=E24:5%              the value of the series E24 nearest to the scene's, anywhere within 5 % of it
 KEY=normal:2%           normal about the scene's value, with a standard deviation of 2 % of it
 KEY=normal:MEAN:SD      normal, with both given
+KEY=lognormal:0.3       lognormal about the scene's value, 0.3 being that of the logarithm
+KEY=lognormal:MEDIAN:SD lognormal, with the median and the standard deviation of the logarithm given
 KEY=triangular:10%      most often the scene's value, never beyond 10 % of it
 KEY=triangular:A:B:C    from A to C, most often B
 KEY=A,B,C,...           a list of values that were measured, each as likely as another
@@ -25,7 +27,7 @@ from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
 
 FORMS = (
-    "10%, LOW:HIGH, 2 Hz, E24:5%, normal:2%, normal:MEAN:SD, triangular:10%, "
+    "10%, LOW:HIGH, 2 Hz, E24:5%, normal:2%, normal:MEAN:SD, lognormal:0.3, triangular:10%, "
     "triangular:LOW:MODE:HIGH or a list A,B,C"
 )
 _ABOUT = ("+-", "±")
@@ -37,8 +39,9 @@ class PartSpread:
     """A scene key and how its value scatters, in SI units.
 
     ``kind`` is "uniform" with ``values`` (low, high), "normal" (mean, standard deviation; cut at
-    `CUT` of them), "triangular" (low, most likely, high) or "measured" (the values, sorted);
-    ``written`` is what the user wrote.
+    `CUT` of them), "lognormal" (median, standard deviation of the logarithm), "triangular" (low,
+    most likely, high) or "measured" (the values, sorted);
+    ``written`` is the text of the user.
     """
 
     key: str
@@ -52,11 +55,12 @@ class PartSpread:
         if self.kind == "uniform":
             low, high = self.values
             return low + u * (high - low)
-        if self.kind == "normal":
+        if self.kind in ("normal", "lognormal"):
             from scipy.special import ndtr, ndtri
 
             mean, deviation = self.values
-            return np.asarray(mean + deviation * ndtri(ndtr(-CUT) + u * (ndtr(CUT) - ndtr(-CUT))))
+            normal = deviation * ndtri(ndtr(-CUT) + u * (ndtr(CUT) - ndtr(-CUT)))
+            return np.asarray(mean + normal if self.kind == "normal" else mean * np.exp(normal))
         if self.kind == "triangular":
             low, mode, high = self.values
             rising = low + np.sqrt(u * (high - low) * (mode - low))
@@ -96,6 +100,8 @@ def spread(key: str, written: str, scene: Scene) -> PartSpread:
             tuple(sorted(read_value(key, part) for part in written.split(","))),
             written,
         )
+    if parts[0] == "lognormal":
+        return _lognormal(key, parts[1:], written, scene)
     if parts[0] in ("normal", "triangular"):
         return _named(key, parts[0], parts[1:], written, scene)
     if parts[0].upper() in SERIES and len(parts) == 2:
@@ -133,6 +139,18 @@ def _of_series(key: str, series: str, share: str, written: str, scene: Scene) ->
             f"{key} in the scene", f"be above 0 to have a value of the series {series}", nominal
         )
     return _uniform(key, *_about(nearest(series.upper(), nominal), _share(key, share)), written)
+
+
+def _lognormal(key: str, parts: Sequence[str], written: str, scene: Scene) -> PartSpread:
+    """A lognormal spread about the scene's value, or about a median that is given."""
+    if not 1 <= len(parts) <= 2:
+        raise invalid(f"the spread of {key}", f"be {FORMS}", written)
+    median = _nominal(key, scene) if len(parts) == 1 else read_value(key, parts[0])
+    share = parts[-1]
+    deviation = reading(f"the standard deviation of the logarithm of {key}", fraction, share)
+    if median == 0.0:
+        raise invalid(f"the median of {key}", "be other than 0", median)
+    return PartSpread(key, "lognormal", (median, deviation), written)
 
 
 def _named(key: str, kind: str, parts: Sequence[str], written: str, scene: Scene) -> PartSpread:
@@ -205,7 +223,7 @@ def spreads(
 ) -> tuple[PartSpread, ...]:
     """The spreads of several keys, from texts KEY=SPREAD or a mapping of keys to spreads: the ``argument`` of a study.
 
-    Raises InputError as `parse`, for a key that is named twice, and if there is none.
+    Raises InputError as `parse`, for a key that is named twice, and if absent.
     """
     if isinstance(given, Mapping):
         parts = tuple(spread(key, written, scene) for key, written in given.items())

@@ -1,4 +1,4 @@
-"""A polynomial through the samples, which says how much of their scatter it does not explain.
+"""A polynomial through the samples, which states how much of their scatter it does not explain.
 
     y(x) ~ sum_k c_k prod_j P_{e_kj}(x_j),   sum_j e_kj <= degree,
 
@@ -68,7 +68,7 @@ class Polynomial:
 def fit(x: Floats, y: Floats, scored: int | None = None) -> Polynomial:
     """The surface through values y, shape (n,), at x, shape (n, keys), of the degree that predicts best.
 
-    The first ``scored`` samples (None: all) tell how well; those behind them only hold the outer
+    The first ``scored`` samples (None: all) report how well; those behind them only hold the outer
     places of the keys.
 
     Raises SimulationError for fewer samples than a plane needs.

@@ -45,7 +45,7 @@ def tolerance(
 ) -> ToleranceResult:
     """How mean power and voltage scatter over devices whose parts have tolerances, and which tolerance matters.
 
-    Of all devices the engine computes some, and a polynomial through them, and through the outer
+    For all devices the engine computes some, and a polynomial through them, and through the outer
     ends of each spread, represents the others; a formula computes all if it is rough.
 
     Parameters
@@ -53,8 +53,8 @@ def tolerance(
     scene
         a `Scene`, or the path of a scene file.
     vary
-        keys and their spreads, such as "10%", ".94:.98", "E24:5%", "normal:2%", "triangular:10%" or
-        a measured list "1.1,1.3,1.2"; or a list of texts KEY=SPREAD.
+        keys and their spreads, such as "10%", "0.94:.98", "E24:5%", "normal:2%", "triangular:10%"
+        or a measured list "1.1,1.3,1.2"; or a list of texts KEY=SPREAD.
     limits
         texts such as "mean_power > 5 uW" of mean_power, mean_square_voltage or voltage_rms, and of
         a scene under white noise peak_displacement, peak_voltage, peak_strain, peak_impact_speed,
@@ -64,9 +64,10 @@ def tolerance(
     engine
         an engine or its name, by default the cheapest whose error is small against the spread.
     samples, runs
-        how many devices (default: 10,000), and how many of them the engine computes (default: 512 by a formula, else 24
-        for each key and 24 more).  "first-order": the power goes linearly with each key, by the gradient of engine
-        `Density`, and each key's ends and two more devices tell what that leaves out.
+        how many devices (default: 10,000), and how many of them the engine computes (default: 512
+        by a formula, else 24 for each key and 24 more).  "first-order": the power goes linearly
+        with each key, by the gradient of engine `Density`, and each key's ends and two more devices
+        report what that leaves out.
     checks, within
         how many devices are computed again by a dearer engine (default: 8, by ngspice 4; 0: none),
         and to which relative error.
@@ -89,8 +90,10 @@ def tolerance(
     InputError
         for a key, spread, limit or correlation that cannot be, and a folder that cannot be written.
     HarvesterError
-        where the engine fails at every sample, the last error.
+        if the engine fails at every sample, the last error.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> result = hv.tolerance(
@@ -162,7 +165,7 @@ def _check_served(chosen: Engine, problem: Problem) -> None:
 
 
 def _read_runs(runs: int | str | None) -> int | None:
-    """The number of runs; None where none is given, or `FIRST_ORDER`."""
+    """The number of runs; None if none is given, or `FIRST_ORDER`."""
     if runs is None or runs == FIRST_ORDER:
         return None
     try:

@@ -37,9 +37,10 @@ NO_SHARES = ("no_shares_correlated", "no_shares_library", "no_shares_constant")
 class TornadoBar:
     """A bar of the tornado: the mean power with one key at the 5 % and 95 % points of its spread, all others at half.
 
-    ``ends`` are these two values of the key, ``powers`` the powers there.  ``quantiles`` are the powers that 5 % and
-    95 % of devices are below where this key alone scatters, by the surface through the samples: a key whose best value
-    lies between its ends moves the power by more than the powers at its ends tell.
+    ``ends`` are these two values of the key, ``powers`` the powers there.  ``quantiles`` are the
+    powers that 5 % and 95 % of devices are below if this key alone scatters, by the surface through
+    the samples: a key whose best value lies between its ends moves the power by more than the
+    powers at its ends tell.
     """
 
     key: str
@@ -75,7 +76,7 @@ class ToleranceResult(TableResult):
         the relative error at 95 % of each limited peak, in the median.
     sensitivity
         of each key its share of the variance, ``first`` alone and ``total`` with others; empty if
-        there is none.
+        absent.
     unexplained
         the share of the variance that the polynomial does not explain.
     failed
@@ -87,6 +88,8 @@ class ToleranceResult(TableResult):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
     >>> result = hv.tolerance(scene, vary={"nondimensional.mu": "5%", "nondimensional.c1": "20%"}, samples=256)
@@ -158,7 +161,7 @@ class ToleranceResult(TableResult):
     def of(
         cls, request: ToleranceRequest, runs: ToleranceRuns, seconds: float
     ) -> "ToleranceResult":
-        """The answer that the runs of a study give; SimulationError where fewer than two samples have one."""
+        """The answer that the runs of a study give; SimulationError if fewer than two samples have one."""
         samples = runs.samples
         if len(samples.values["mean_power"]) < 2:
             raise SimulationError("fewer than two samples have an answer")
@@ -226,7 +229,7 @@ class ToleranceResult(TableResult):
 
     @property
     def why(self) -> str:
-        """Why there is no sensitivity; empty where there is."""
+        """The reason for the lack of a sensitivity; empty if there is."""
         return "; ".join(
             str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in NO_SHARES
         )
@@ -235,7 +238,7 @@ class ToleranceResult(TableResult):
 
     @property
     def sample_count(self) -> int:
-        """The number of devices, those without an answer too."""
+        """The number of devices, those without an answer as well."""
         return len(self.power) + self.failed
 
     @property

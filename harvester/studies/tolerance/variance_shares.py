@@ -37,8 +37,9 @@ def indices(
 ) -> dict[str, VarianceShares]:
     """The indices of a function of the keys' values, (n, keys) -> (n,), for independent keys with these spreads.
 
-    ``unexplained`` is the share of the variance that the function lacks, as a surface does.  Nothing where the function
-    does not change.  Source: Saltelli et al., Comput. Phys. Commun. 181, 2010; SALib (Herman and Usher, 2017).
+    ``unexplained`` is the share of the variance that the function lacks, as a surface does.
+    Nothing if the function does not change.  Source: Saltelli et al., Comput. Phys. Commun. 181,
+    2010; SALib (Herman and Usher, 2017).
     """
     from SALib.analyze import sobol as analysis  # which loads pandas
     from SALib.sample import sobol as sampling

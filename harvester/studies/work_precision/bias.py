@@ -16,7 +16,7 @@ class Bias:
         """The part of a total error that this bias makes: max(|bias|, 2 stderr).
 
         A bias that is lost in its own error is counted at its upper limit, so that it is never zero
-        by chance, and grows without a jump where it shows.
+        by chance, and grows without a jump if it shows.
         """
         return max(abs(self.value), 2.0 * self.stderr)
 

@@ -44,7 +44,7 @@ def cost(
     with its error.
 
     Raises InputError for a folder that cannot be written, or what `Execution` has for other
-    studies; HarvesterError where no engine that samples gives a power above zero.
+    studies; HarvesterError if no engine that samples gives a power above zero.
     """
     execution.only("cost", "out", "formats", "progress")
     folder = OutputFolder.of(execution)

@@ -19,7 +19,7 @@ class CostRow:
     """The time and errors of one engine at one setting; None is what does not apply, or is not known.
 
     Step and duration as for ``--dt``; errors and biases relative; ``warm_up_seconds`` is what the
-    run took beside its computation: imports, compilation, start of ngspice, as far as no earlier
+    run took next to its computation: imports, compilation, start of ngspice, as far as no earlier
     row had paid for it.
     """
 
@@ -123,7 +123,7 @@ class Cost(TableResult):
         return (*[note("step_bias_not_counted")] * unknown, *failed, *refused)
 
     def fastest(self, target: float) -> tuple[str, float | None]:
-        """The engine that reached a total error in the least time, and that; an empty name where none did."""
+        """The engine that reached a total error in the least time, and that; an empty name if none did."""
         needed = {name: self.needed(name, target) for name in self.engines}
         measured = {name: n[0] for name, n in needed.items() if n is not None and n[1]}
         name = min(measured, key=lambda name: measured[name], default="")

@@ -55,10 +55,10 @@ def richardson_ladder(
 ) -> RichardsonLadder:
     """Extrapolate the cheap model to a step of zero from several pairs of steps.
 
-    The scheme is of second order (Kloeden and Platen, section 14.2).  Each of the pairs (h/2, h), (h, 2h), (2h, 4h)
-    runs on one noise, and the least squares of their differences, weighed with their errors, give c2 and c4; where the
-    differences lie further from the fit than their errors allow, the covariance is made larger in proportion.  Steps
-    that are unstable are left out.
+    The scheme is of second order (Kloeden and Platen, section 14.2).  Each of the pairs (h/2, h),
+    (h, 2h), (2h, 4h) runs on one noise, and the least squares of their differences, weighed with
+    their errors, give c2 and c4; if the differences lie further from the fit than their errors
+    allow, the covariance is made larger in proportion.  Steps that are unstable are left out.
 
     Raises UnboundedResponseError if even the finest pair is unstable.
     """

@@ -190,7 +190,7 @@ class Measurement:
         return first.answer.seconds * trajectories * (d["burn_in"] + duration) / step / first.work
 
     def measure_biases(self, cheap: Run, ngspice: bool) -> None:
-        """Measure the time-step bias, and those of model and tolerance where ngspice does not fail."""
+        """Measure the time-step bias, and those of model and tolerance if ngspice does not fail."""
         h = cheap.answer.details["step"] * self.unit
         model = self.cheap_model.model(self.problem)
         self._report("biases")

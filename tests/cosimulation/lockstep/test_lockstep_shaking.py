@@ -14,7 +14,7 @@ from harvester.mechanics.kernels.coefficients import Coefficients
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.noise import gaussian_grid
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from tests.support.lockstep import PLATE, SEED, check_callbacks, device, rms_difference, scales
 from tests.support.systems import BAND, COLOURED, DRIVEN, PAPER, changed, linear_v2, scene
 

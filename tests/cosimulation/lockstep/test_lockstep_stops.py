@@ -7,7 +7,7 @@ import harvester as hv
 from harvester.cosimulation import runs as worker
 from harvester.errors import SimulationError
 from harvester.mechanics.kernels.noise import gaussian_grid, refined
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from tests.support.lockstep import (
     PLATE,
     SEED,

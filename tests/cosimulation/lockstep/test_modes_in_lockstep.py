@@ -13,7 +13,7 @@ from harvester.cosimulation.runs import CoupledDevice, new_drive, run_in_this_pr
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.noise import three_point_grid
-from harvester.mechanics.modes.modal_path import trace_modes
+from harvester.mechanics.trace import trace
 from tests.support.systems import BEAM, SECOND, THIRD
 
 pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
@@ -60,7 +60,7 @@ def test_path_of_the_ensemble(change):
     h = 0.01
     steps = 3000
     ((found, ledger, _),) = map_in_workers(_lockstep, [(scene, h, steps)])
-    expected = trace_modes(
+    expected = trace(
         Problem(scene).equations, three_point_grid(np.random.SeedSequence(3), steps), h, 5
     )
     assert len(expected.impacts) > 2
@@ -151,9 +151,20 @@ def test_one_netlist(name, fine):
     assert ours == pytest.approx(_one_netlist(scene, 0.5 * seconds, seconds, 2e-6), rel=1e-3)
 
 
+def test_the_periodic_response_of_two_modes_with_a_compiled_bridge():
+    """Its power is that of one netlist of modes and circuit, within its error."""
+    drive = hv.Excitation(acceleration_amplitude="0.5 g", frequency="50 Hz")
+    scene = BEAM.replace(mode=(SECOND,), excitation=drive)
+    scene = scene.replace(load=hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "20 nF"}))
+    answer = hv.run(scene, "compiled", within="0.1%")
+    assert answer.details["response_periods"] == 1.0
+    expected = _one_netlist(scene, 2.0, 2.2, 8e-6)
+    assert answer.mean_power.value == pytest.approx(expected, rel=1e-3)
+
+
 @pytest.mark.thorough("test_one_netlist")
 def test_a_response_of_three_modes_to_a_sinusoid():
-    """No periodic response is sought of them: the mean after the burn-in is that of one netlist, within its error."""
+    """Engine `spice` seeks no periodic response of them: its mean is that of one netlist, within its error."""
     drive = hv.Excitation(acceleration_amplitude="0.5 g", frequency="50 Hz")
     scene = BEAM.replace(mode=(SECOND, THIRD), excitation=drive)
     scene = scene.replace(load=hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "20 nF"}))

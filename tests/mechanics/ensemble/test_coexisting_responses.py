@@ -8,7 +8,7 @@ import pytest
 from harvester.mechanics.ensemble.coexisting_responses import linked, sections
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.forcing import forcing
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from harvester.records.records import Record
 from tests.support.systems import DRIVEN
 

@@ -13,7 +13,7 @@ from harvester.mechanics.ensemble import burn_in as settling
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.hopping import hopping
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import PAPER, changed, padded, z
 

@@ -16,7 +16,7 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.equation_of_motion import drift, drift_at_stop, meeting
 from harvester.mechanics.kernels.intervals import interval
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from harvester.uncertainty.value import mean_and_error
 from tests.support.systems import PAPER, PAPER_V2, changed, linear, linear_v2, padded, scene, z
 from tests.support.to_scene import equations

@@ -10,7 +10,7 @@ from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import correlation_time, from_path
 from harvester.mechanics.kernels.noise import gaussian_grid, refined
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from harvester.uncertainty.value import mean_and_error
 from tests.support.histograms import densities
 from tests.support.systems import PAPER, changed, linear, linear_v2, lyapunov, padded, z

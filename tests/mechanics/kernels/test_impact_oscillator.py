@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 import harvester as hv
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from tests.support.systems import changed, scene, z
 
 pytestmark = pytest.mark.slow

@@ -16,7 +16,7 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import from_path
 from harvester.mechanics.kernels.ngspice_rule import rule_weight
 from harvester.mechanics.kernels.noise import fill_three_point, three_point_grid
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from harvester.scene.toml import load
 from tests.support.systems import changed, z
 

@@ -10,9 +10,9 @@ from scipy.integrate import solve_ivp
 
 from harvester.equations.coefficients import Equations
 from harvester.errors import InputError
+from harvester.mechanics import trace as paths
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels import path as paths
 from harvester.mechanics.kernels.coefficients import Coefficients, State, coefficients
 from harvester.mechanics.kernels.intervals import interval
 from harvester.mechanics.kernels.offset_stops import between, in_contact, kick_at_stops, move

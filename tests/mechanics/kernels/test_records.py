@@ -17,8 +17,8 @@ from harvester.equations.scales import scales
 from harvester.errors import CannotServeError, InputError, SimulationError
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.kernels.shaking import samples_of
+from harvester.mechanics.trace import trace
 from harvester.records.record_files import read_density, read_record
 from harvester.records.records import BRIDGE, SPAN, Record, TabulatedDensity, bridge
 from tests.support.lockstep import device, rms_difference
@@ -247,16 +247,10 @@ GOOD = "time (s),acceleration (g)\n" + "".join(
             GOOD.replace("(g)", ""),
             "column 'acceleration' must have a unit, such as 'acceleration (m/s^2)', but has none",
         ),
-        (
-            GOOD.replace("time (s)", "no"),
-            "but has 'no,acceleration (g)': or 'harvester record FILE --rate HZ' adds",
-        ),
-        (
-            re.sub(r",(.*)\n", r",\1,\1\n", GOOD),
-            "'harvester record FILE --axis z --out clean.csv' takes",
-        ),
+        (GOOD.replace("time (s)", "no"), "but has 'no,acceleration (g)': 'harvester record "),
+        (re.sub(r",(.*)\n", r",\1,\1\n", GOOD), "--axis 'column 2' --out clean.csv' mends"),
         (GOOD.replace("0.05,", "0.02,"), "must have ascending times, but row 6 does not"),
-        (GOOD.replace("0.05,", "0.055,"), "must have equal steps of time, but row 6 is off"),
+        (GOOD.replace("0.05,", "0.055,"), "must have equal time steps, but row 6 is off"),
         (
             GOOD.replace("0.05,-0.959", "0.05,nan"),
             "column 'acceleration' row 6 must be a number of at most 1e+50 in size, but is 'nan'",

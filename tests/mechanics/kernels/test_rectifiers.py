@@ -32,7 +32,7 @@ from harvester.mechanics.kernels.ideal_circuit import (
 from harvester.mechanics.kernels.intervals import interval
 from harvester.mechanics.kernels.moments import from_path
 from harvester.mechanics.kernels.noise import child, fill_three_point, gaussian_grid
-from harvester.mechanics.kernels.path import trace
+from harvester.mechanics.trace import trace
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from harvester.scene.toml import load

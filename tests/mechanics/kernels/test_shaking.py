@@ -15,9 +15,9 @@ from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.forcing import filtered, forcing
-from harvester.mechanics.kernels.path import trace
 from harvester.mechanics.kernels.shaking import deviation, filter_of
 from harvester.mechanics.kernels.step_size import whole_steps
+from harvester.mechanics.trace import trace
 from tests.support.systems import (
     BAND,
     COLOURED,

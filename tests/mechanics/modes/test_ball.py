@@ -13,8 +13,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.modes import Modes
 from harvester.equations.problem import Problem
 from harvester.linear.transfer import amplitudes
-from harvester.mechanics.kernels.path import trace
-from harvester.mechanics.modes.modal_path import trace_modes
+from harvester.mechanics.trace import trace
 from tests.support.systems import BEAM, SECOND
 
 TURN = 2.0 * math.pi
@@ -31,7 +30,7 @@ def test_energy_and_momentum():
     ends = {"gap": 0.3, "opposite_restitution": r, "opposite_gap": 0.3}
     eqs = Equations(linear=1e-30, restitution=r, modes=modes, **ends)
     start = np.array([0.0, 0.0, -1.0, 0.3, 0.0])
-    path = trace_modes(eqs, np.zeros(600), 0.02, 100, start)
+    path = trace(eqs, np.zeros(600), 0.02, 100, start)
     speeds = path.coordinates[-1, 1]
     assert len(path.impacts) > 5
     assert 0.5 * (speeds**2).sum() + path.lost == pytest.approx(
@@ -58,7 +57,7 @@ def test_bounces_on_a_heavy_mass():
     problem = Problem(scene)
     h = 0.002
     w0 = problem.scales.frequency
-    path = trace_modes(problem.equations, np.zeros(30000), h, 100)
+    path = trace(problem.equations, np.zeros(30000), h, 100)
     speed = math.sqrt(G * ball.room)
     times = math.sqrt(ball.room / G) + 2.0 * speed / G * np.cumsum(
         [0.0, *(0.6**k for k in range(1, 6))]
@@ -86,7 +85,7 @@ def test_weakly_shaken_it_lies_still():
     pressed = -root * eqs.modes.pull
     noise = np.random.default_rng(1).standard_normal(30000)
     start = np.array([pressed, root * (pressed - eqs.gap), 0.0, 0.0, 0.0])
-    path = trace_modes(eqs, noise, 0.02, 10, start)
+    path = trace(eqs, noise, 0.02, 10, start)
     joined = trace(both[1].equations, noise, 0.02 / heavier, 10, start=(0.0, 0.0, 0.0))
     assert len(path.impacts) == 0 and eqs.gap > 1000.0  # so that rounding of places counts
     found, expected = (
@@ -117,7 +116,7 @@ def test_what_lies_still_is_of_second_order():
     pressed = -root * eqs.modes.pull
     for n in (32, 64, 128):
         start = np.array([pressed, root * (pressed - eqs.gap), 0.0, 0.0, 0.0])
-        path = trace_modes(eqs, np.zeros(n * 160), eqs.shaking_period / n, 1, start)
+        path = trace(eqs, np.zeros(n * 160), eqs.shaking_period / n, 1, start)
         last = path.V[-n:] * problem.units.volts
         errors.append(
             abs(2.0 * np.mean(last * np.exp(-1j * TURN * np.arange(n) / n))) / expected - 1.0
@@ -211,9 +210,7 @@ def test_located_impacts(modes, ball):
     expected, impacts = _located(scene, seconds, seconds / 200)
     errors = []
     for fine in (8, 16, 32):
-        path = trace_modes(
-            problem.equations, np.zeros(200 * fine), w0 * seconds / (200 * fine), fine
-        )
+        path = trace(problem.equations, np.zeros(200 * fine), w0 * seconds / (200 * fine), fine)
         assert len(path.impacts) == impacts > 5
         found = path.samples[:, :2] * [s.length, s.volts]
         errors.append(np.abs(found - expected).max(axis=0) / np.abs(expected).max(axis=0))

@@ -11,7 +11,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.modes import Modes
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.modes.modal_path import trace_modes
+from harvester.mechanics.trace import trace
 from tests.support.systems import BEAM, SECOND, THIRD
 
 TURN = 2.0 * math.pi
@@ -112,7 +112,7 @@ def test_impacts_take_what_the_ledger_says(opposite):
     ends = {} if opposite is None else {"opposite_restitution": opposite, "opposite_gap": 0.5}
     eqs = Equations(linear=1e-30, restitution=0.7, gap=0.3, modes=modes, **ends)
     start = np.array([0.0, 0.0, 0.0, -1.0, 0.4, 0.2, 0.0])
-    path = trace_modes(eqs, np.zeros(400), 0.02, 100, start)
+    path = trace(eqs, np.zeros(400), 0.02, 100, start)
     kinetic = 0.5 * (path.coordinates[-1, 1] ** 2).sum()
     assert len(path.impacts) > (0 if opposite is None else 3)
     assert kinetic + path.lost == pytest.approx(0.5 * (start[3:6] ** 2).sum(), rel=1e-9)
@@ -135,7 +135,7 @@ def test_energy_closes_with_the_step():
     errors = []
     for h in (4e-3, 1e-3, 2.5e-4):
         steps = round(20.0 / h)
-        path = trace_modes(eqs, np.zeros(steps), h, steps, start)
+        path = trace(eqs, np.zeros(steps), h, steps, start)
         (y, v) = path.coordinates[-1]
         before = 0.5 * (start[2:4] ** 2).sum()
         assert path.lost > 0.1 * before and len(path.impacts) > 2

@@ -1,0 +1,79 @@
+"""The options --prior and --known, by which commands choose the spreads of a real device."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import cloup
+
+from harvester.commands.options import pairs_of
+from harvester.errors import InputError
+
+if TYPE_CHECKING:
+    from harvester.scene.scene import Scene
+    from harvester.studies.prediction.prediction_result import Prediction
+    from harvester.uncertainty.value import Value
+
+KNOWN = "be QUANTITY=ORIGIN, such as damping=measured"
+
+
+def prior_options(prior: str) -> list[Callable[..., Any]]:
+    """The options --prior, whose help begins with ``prior``, and --known."""
+    return [
+        cloup.option(
+            "--prior", metavar="CLASS", help=f"{prior}: bulk, composite, film or polymer."
+        ),
+        cloup.option(
+            "--known",
+            multiple=True,
+            metavar="QUANTITY=ORIGIN",
+            help="Origin of the number of frequency, damping, coupling, capacitance, gap or "
+            "restitution: unknown, datasheet, geometry, measured_low, measured, given, or "
+            "frequency=tuned; repeatable.",
+        ),
+    ]
+
+
+def prediction_of(
+    scene: "Scene", computed: "Value", seed: int, prior: str | None, known: Sequence[str]
+) -> "Prediction":
+    """The prediction of a real device whose power was ``computed`` as the scene is written."""
+    from harvester.commands.progress import Bar
+    from harvester.machine.execution import Execution
+    from harvester.studies.prediction.predict import predict
+    from harvester.studies.prediction.priors import DEFAULT_CLASS
+
+    with Bar("prediction", shorter="") as bar:
+        return predict(
+            scene,
+            prior=DEFAULT_CLASS if prior is None else prior,
+            known=pairs_of("--known", known, KNOWN),
+            seed=seed,
+            computed=computed,
+            execution=Execution(progress=bar),
+        )
+
+
+def check_alone(predict: bool, prior: str | None, known: Sequence[str]) -> None:
+    """Refuse --prior and --known without --predict."""
+    for option, given in (("--prior", prior), ("--known", known)):
+        if given and not predict:
+            raise InputError(f"{option} must be given with --predict, but --predict is left out")
+
+
+def spreads_by_priors(
+    scene: "Scene", varied: Sequence[str], prior: str | None, known: Sequence[str]
+) -> "tuple[Scene, dict[str, str] | Sequence[str]]":
+    """The scene, and the spreads of --vary, with those of --prior for other keys."""
+    if prior is None:
+        if known:
+            raise InputError("--known must be given with --prior, but --prior is left out")
+        return scene, varied
+    from harvester.studies.prediction.priors import in_modal_keys, priors_of
+
+    scene = in_modal_keys(scene)
+    named = pairs_of("--vary", varied, "be KEY=SPREAD, such as piezo.capacitance=2nF")
+    priors = priors_of(scene, prior, pairs_of("--known", known, KNOWN))
+    spreads = {entry.key: entry.written for entry in priors} | named
+    if not spreads:
+        raise InputError("--known must leave a quantity with a spread, but gives all of them")
+    return scene, spreads

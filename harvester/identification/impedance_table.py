@@ -1,0 +1,147 @@
+"""The impedance of a table, from whichever pair of columns it has.
+
+    |Z| and phase, |Y| and phase, R and X, G and B
+
+    Cp and D:   1/Z = j w Cp (1 - j D)          Cs and D:   Z = (1 + j D)/(j w Cs)
+    Cp and Rp:  1/Z = 1/Rp + j w Cp             Cs and Rs:  Z = Rs + 1/(j w Cs)
+    Cp and G:   1/Z = G + j w Cp                Ls and Rs:  Z = Rs + j w Ls
+
+w = 2 pi f.  A quality factor is 1/D.  |Z| without a phase is an impedance of unknown phase.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from harvester.arrays import Complexes, Floats
+from harvester.errors import InputError
+from harvester.quantities.kinds import CAPACITANCE, Kind
+from harvester.records.csv_table import CsvColumn, CsvTable
+
+OHM, SIEMENS = (
+    Kind("an impedance (ohm)", "ohm", "'1 kohm'"),
+    Kind("an admittance (S)", "S", "'1 uS'"),
+)
+_HENRY = Kind("an inductance (H)", "H", "'1 mH'")
+_ANGLE, _LOSS = Kind("an angle (rad)", "rad", "'90 deg'"), Kind("a loss", "", "0.02")
+_PHASE = {"phase", "theta", "angle", "arg", "phi", "deg"}
+_OF_IMPEDANCE = {"theta", "z", "impedance", "phi"}  # words of its phase, among several phases
+_QUANTITIES = {  # words of a column, and its kind; a first word decides if a unit is shared
+    "z": (("z", "impedance", "zabs", "mag", "magnitude"), OHM),
+    "y": (("y", "admittance"), SIEMENS),
+    "r": (("r", "rs", "resistance", "re", "real", "zre", "z'", "esr"), OHM),
+    "x": (("x", "xs", "reactance", "im", "imag", "zim", "z''"), OHM),
+    "g": (("g", "gp", "conductance"), SIEMENS),
+    "b": (("b", "bp", "susceptance"), SIEMENS),
+    "cp": (("cp", "c", "capacitance"), CAPACITANCE),
+    "cs": (("cs",), CAPACITANCE),
+    "rp": (("rp",), OHM),
+    "ls": (("ls",), _HENRY),
+    "d": (("d", "tan", "tand", "loss", "df"), _LOSS),
+    "q": (("q",), _LOSS),
+}
+_OF_PARTS = {"re", "im", "real", "imag"}  # words of columns that are no sizes
+AGREE = 0.02  # of two pairs of columns that state one impedance
+
+Parts = dict[str, Floats]
+
+
+def impedance(table: CsvTable, f: Floats, key: str) -> tuple[Complexes, bool] | None:
+    """The impedance of a table at frequencies f (Hz), and whether its phase is known.
+
+    None if it has none.
+
+    Raises InputError, which begins with ``key``, for a reactance that is 0 everywhere, for two
+    pairs of columns that disagree, and for several phases.
+    """
+    parts = {name: values for name in _QUANTITIES if (values := _part(table, name)) is not None}
+    angle = phase(table)
+    if angle is not None:
+        parts["phase"] = angle
+    if "q" in parts and "d" not in parts:
+        parts["d"] = 1.0 / parts["q"]
+    _refuse_zeros(parts, key)
+    w = 2.0 * math.pi * f
+    ways = [way(parts, w) for needed, way in _WAYS if needed <= set(parts)]
+    if not ways:
+        sizes = (column.in_si(OHM) for column in table.find(_is_size))
+        return next(((size.astype(complex), False) for size in sizes if size is not None), None)
+    first = ways[0]
+    _refuse_disagreement(ways, parts, key)
+    return first, True
+
+
+def _refuse_disagreement(ways: Sequence[Complexes], parts: Parts, key: str) -> None:
+    """Refuse pairs of columns, or a size, that are not of one impedance."""
+    first = ways[0]
+    for other in ways[1:]:
+        if np.nanmedian(np.abs(other / first - 1.0)) > AGREE:
+            raise InputError(
+                f"{key} must have columns of one impedance, but two pairs of them disagree"
+            )
+    if "z" in parts and np.nanmedian(np.abs(np.abs(first) / parts["z"] - 1.0)) > AGREE:
+        raise InputError(
+            f"{key} must have columns of one impedance, but the size of two of them is not that of "
+            "the column |Z|"
+        )
+
+
+def _refuse_zeros(parts: Parts, key: str) -> None:
+    """Refuse a reactance or a phase that is 0 everywhere, as of a magnitude."""
+    for other, name in (("r", "x"), ("z", "phase"), ("y", "phase")):
+        if {other, name} <= set(parts) and not parts[name].any():
+            raise InputError(
+                f"{key} must have a reactance or a phase other than 0, but it is 0 at all "
+                "frequencies: if the other column is a magnitude, name it '|Z| (ohm)' alone"
+            )
+
+
+def _is_size(column: CsvColumn) -> bool:
+    """Whether a column is named as the size of an impedance."""
+    return bool(set(column.words) & set(_QUANTITIES["z"][0]))
+
+
+def _part(table: CsvTable, name: str) -> Floats | None:
+    """The numbers of a quantity in SI units; None if no column has it."""
+    names, kind = _QUANTITIES[name]
+    for column in table.columns:
+        if name in "zy" and set(column.words) & _OF_PARTS:
+            continue
+        if column.name.strip("|").lower() in names or set(column.words) & set(names):
+            values = column.in_si(kind)
+            if values is not None or not column.stated:
+                return column.values if values is None else values
+    return None
+
+
+def phase(table: CsvTable) -> Floats | None:
+    """The phase in rad; in degrees if it has no unit and exceeds the range of radians."""
+    columns = table.find(lambda column: bool(set(column.words) & _PHASE))
+    if not columns:
+        return None
+    best = [column for column in columns if set(column.words) & _OF_IMPEDANCE]
+    return _radians((best or columns)[0])
+
+
+def _radians(column: CsvColumn) -> Floats:
+    unit = column.stated.replace("°", "deg").replace("degrees", "deg")
+    factor, _ = _ANGLE.scale(unit) if unit else (None, 1)
+    if factor is None:
+        degrees = np.nanmax(np.abs(column.values)) > 6.4 or "deg" in column.head.lower()
+        factor = math.pi / 180.0 if degrees else 1.0
+    return column.values * factor
+
+
+_WAYS: tuple[tuple[set[str], Callable[[Parts, Floats], Complexes]], ...] = (
+    ({"r", "x"}, lambda p, w: np.asarray(p["r"] + 1j * p["x"])),
+    ({"z", "phase"}, lambda p, w: np.asarray(p["z"] * np.exp(1j * p["phase"]))),
+    ({"y", "phase"}, lambda p, w: np.asarray(np.exp(-1j * p["phase"]) / p["y"])),
+    ({"g", "b"}, lambda p, w: np.asarray(1.0 / (p["g"] + 1j * p["b"]))),
+    ({"cp", "d"}, lambda p, w: np.asarray(1.0 / (1j * w * p["cp"] * (1.0 - 1j * p["d"])))),
+    ({"cp", "rp"}, lambda p, w: np.asarray(1.0 / (1.0 / p["rp"] + 1j * w * p["cp"]))),
+    ({"cp", "g"}, lambda p, w: np.asarray(1.0 / (p["g"] + 1j * w * p["cp"]))),
+    ({"cs", "r"}, lambda p, w: np.asarray(p["r"] + 1.0 / (1j * w * p["cs"]))),
+    ({"cs", "d"}, lambda p, w: np.asarray((1.0 + 1j * p["d"]) / (1j * w * p["cs"]))),
+    ({"ls", "r"}, lambda p, w: np.asarray(p["r"] + 1j * w * p["ls"])),
+)

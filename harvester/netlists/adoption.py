@@ -1,0 +1,298 @@
+"""Decks: netlists of a whole simulation, with a source in the piezo's place, made into boards.
+
+A deck is read line by line.  The source, the piezo's capacitor, analyses, outputs and commands are
+left out; all other lines are kept as they are written.  The treatment of each line is data
+(`Adoption.diagnostics`), and an unknown card is refused.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from harvester.errors import InputError, invalid, unknown
+from harvester.netlists.cards import DEFINITIONS, PARAMETERS, TEMPERATURES
+from harvester.netlists.deck_cards import (
+    ParameterStep,
+    beside,
+    check_form,
+    names_of,
+    on_libraries,
+    read_step,
+)
+from harvester.netlists.deck_device import DeckDevice, Nets, find_piezo
+from harvester.netlists.element_lines import Element, read_element
+from harvester.netlists.flat import net_of
+from harvester.netlists.read_lines import Line, library_of, own_lines, read_lines
+from harvester.netlists.words import tokens_of
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+
+KEPT = (*DEFINITIONS, *PARAMETERS, ".inc", ".lib", ".global", ".ic", ".temp")
+LEFT_OUT = (".tran", ".ac", ".dc", ".op", ".noise", ".four", ".tf", ".sens", ".pz", ".disto",
+            ".fft", ".print", ".plot", ".meas", ".measure", ".save", ".probe", ".nodeset",
+            ".backanno", ".wave", ".net", ".title", ".end", ".width")  # fmt: skip
+OPTIONS = (".options", ".option", ".opt")
+PHYSICAL = (
+    "gmin",
+    "rshunt",
+    "cshunt",
+    "scale",
+)  # options that change a circuit, and that no board has
+_CHANGES = re.compile(
+    r"^(alter|altermod|alterparam|set\s+temp|option|let\s+@|setcirc|source)\b", re.I
+)
+NAMES = {  # of loads and stores
+    "load": ("rload", "rl", "r_load", "r_l"),
+    "store": ("csmooth", "cstore", "cstorage", "cs", "cload"),
+}
+
+
+@dataclass
+class SimulationDeck:
+    """The lines of a deck: elements outside of subcircuits, lines that a board keeps, and steps."""
+
+    path: Path
+    elements: list[Element] = field(default_factory=list)
+    kept: list[Line] = field(default_factory=list)
+    steps: list[ParameterStep] = field(default_factory=list)
+    parameters: dict[str, str] = field(default_factory=dict)  # texts of .param cards
+    models: set[str] = field(default_factory=set)  # of all models and subcircuits that are there
+    missing: list[tuple[Line, str]] = field(default_factory=list)  # libraries that are not
+    remarks: list[Diagnostic] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Adoption:
+    """A board made of a deck.
+
+    text
+        of the board.
+    terminals, resistor, store
+        of the scene's table [load]; store is None without one.
+    capacitance
+        the piezo's, as the deck writes it; "" without one.
+    diagnostics
+        the treatment of the deck's lines.
+    """
+
+    text: str
+    terminals: Nets
+    resistor: str
+    store: str | None
+    capacitance: str
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def adopt(
+    path: Path, terminals: Nets | None = None, load: str | None = None, store: str | None = None
+) -> Adoption:
+    """The board of a deck.
+
+    ``terminals`` are the piezo's nets, ``load`` and ``store`` the names of elements; those that are
+    left out are searched for.
+
+    Raises InputError for a file without a netlist, an unknown card, and an undecidable element,
+    with the option to give.
+    """
+    check_form(path)
+    deck = _read(path)
+    piezo = find_piezo(deck.elements, terminals, path.name)
+    deck.remarks += _on_piezo(piezo)
+    gone = {element.line for element in piezo.elements}
+    left = [element for element in deck.elements if element.line not in gone]
+    resistor = _load(left, load, path.name)
+    kept_store = _store(left, store, path.name, resistor)
+    deck.remarks += _on_roles(resistor, load, kept_store, store)
+    supplies = (each for each in left if each.kind in "vi" and _is_source(each))
+    deck.remarks += [note("deck_source_kept", element=each.name) for each in supplies]
+    texts = {line: line.text for line in deck.kept if line not in gone}
+    for step in deck.steps:
+        deck.remarks.append(step.offered(texts, deck.parameters, left, resistor, kept_store))
+    deck.remarks += on_libraries(deck.missing, texts, deck.models)
+    lines = [f"* from {path.name}, by harvester adopt", *texts.values(), ".end", ""]
+    capacitance = piezo.capacitance
+    name = None if kept_store is None else kept_store.name
+    remarks = tuple(deck.remarks)
+    return Adoption("\n".join(lines), piezo.nets, resistor.name, name, capacitance, remarks)
+
+
+def _read(path: Path) -> SimulationDeck:
+    """The deck of a file."""
+    deck = SimulationDeck(path)
+    outside: list[Line] = []
+    dropped: dict[str, None] = {}
+    depth = 0
+    for line in _without_commands(deck, own_lines(path)):
+        depth += {".subckt": 1, ".ends": -1}.get(line.word, 0)
+        if depth < 0:
+            raise invalid(f"deck {line.where}", "end a subcircuit that began", line.text[:60])
+        if depth or line.word in (*KEPT, ".ends"):
+            _keep(deck, line, inside=depth > 0)
+        elif not line.word.startswith("."):
+            outside.append(line)
+            deck.kept.append(line)
+        elif line.word in LEFT_OUT:
+            dropped[line.word] = None
+        else:
+            _read_card(deck, line)
+    named = [word for word in dropped if word not in (".title", ".end")]
+    deck.remarks += [note("deck_cards", cards=", ".join(named))] if named else []
+    deck.elements = [read_element(line, deck.models) for line in outside]
+    return deck
+
+
+def _without_commands(deck: SimulationDeck, lines: Iterable[Line]) -> Iterator[Line]:
+    """The lines outside of .control blocks."""
+    commands = list[Line]()
+    for line in lines:
+        if not commands and line.word != ".control":
+            yield line
+            continue
+        commands.append(line)
+        if line.word == ".endc":
+            deck.remarks += _on_commands(commands)
+            commands = []
+    if commands:
+        raise invalid(f"deck {commands[0].where}", "end its commands by .endc", ".control")
+
+
+def _read_card(deck: SimulationDeck, line: Line) -> None:
+    """Read an .options or a .step card; raise InputError for another one."""
+    if line.word in OPTIONS:
+        _read_options(deck, line)
+    elif line.word == ".step":
+        deck.steps.append(read_step(line))
+    else:
+        raise unknown(f"card in deck {line.where}", line.word, (*KEPT, *LEFT_OUT, ".step"))
+
+
+def _keep(deck: SimulationDeck, line: Line, inside: bool) -> None:
+    """Keep a line, and note its models and parameters; a library is kept if it is there.
+
+    The parameters of a line ``inside`` a subcircuit are those of the subcircuit alone.
+    """
+    named = library_of(line)
+    if named is not None:
+        library = beside(deck.path, named.file)
+        if library is None:
+            deck.missing.append((line, named.file))
+            return
+        card = (
+            f".lib {library.name} {named.section}" if named.section else f".include {library.name}"
+        )
+        included = list(read_lines(library)) if not named.section else []
+        deck.models |= set(names_of(included))
+        deck.kept.append(
+            Line(line.where, card if library.parent == deck.path.parent else line.text)
+        )
+        return
+    deck.kept.append(line)
+    deck.models |= set(names_of([line]))
+    if line.word in (".ic", ".temp"):
+        deck.remarks.append(note("deck_kept", card=line.text[:60]))
+    if line.word in PARAMETERS and not inside:
+        pairs = re.findall(r"(\w+)\s*=\s*(\{[^}]*\}|'[^']*'|\S+)", line.text)
+        deck.parameters |= {name.lower(): text for name, text in pairs}
+
+
+def _read_options(deck: SimulationDeck, line: Line) -> None:
+    """Keep the temperatures of an .options card; warn of other options that change the circuit."""
+    texts = tokens_of(line.text.lower())[1:]
+    pairs = {texts[k - 1]: texts[k + 1] for k in range(1, len(texts) - 1) if texts[k] == "="}
+    if kept := {key: text for key, text in pairs.items() if key in TEMPERATURES}:
+        text = ".options " + " ".join(f"{key}={value}" for key, value in kept.items())
+        deck.kept.append(Line(line.where, text))
+        deck.remarks.append(note("deck_kept", card=text))
+    for key in PHYSICAL:
+        if key in pairs:
+            deck.remarks.append(warning("deck_option", option=f"{key}={pairs[key]}"))
+    if others := [text for text in pairs if text not in (*TEMPERATURES, *PHYSICAL)]:
+        deck.remarks.append(note("deck_cards", cards=" ".join([line.word, *others])))
+
+
+def _on_commands(commands: Sequence[Line]) -> Iterator[Diagnostic]:
+    """Remarks on a block of commands: those that change the circuit are named."""
+    yield note("deck_commands", count=len(commands) - 2)
+    for line in commands:
+        if _CHANGES.match(line.text):
+            yield warning("deck_command_changes", command=line.text[:60], line=line.where)
+
+
+def _on_piezo(piezo: DeckDevice) -> Iterator[Diagnostic]:
+    """Remarks on the elements that the scene's device replaces."""
+    nets = ",".join(piezo.nets)
+    for drive in piezo.drives:
+        yield note("deck_drive", text=drive.line.text[:60], line=drive.line.where, nets=nets)
+    if piezo.capacitors:
+        texts = ", ".join(each.line.text[:60] for each in piezo.capacitors)
+        lines = ", ".join(each.line.where for each in piezo.capacitors)
+        yield note("deck_capacitance", text=texts, line=lines, value=piezo.capacitance)
+    if not piezo.drives:
+        yield note("deck_no_drive", nets=nets)
+
+
+def _is_source(element: Element) -> bool:
+    """Whether a source supplies something; one of 0 V measures a current."""
+    value = element.value
+    return bool(element.form) or value is None or not (value.is_constant and value.value == 0.0)
+
+
+def _named(
+    elements: Sequence[Element], letter: str, given: str | None, what: str, file: str
+) -> Element | None:
+    """The load or the store: as given, by its name, or the only one of its kind; None otherwise."""
+    there = {element.name.lower(): element for element in elements if element.kind == letter}
+    if given is not None:
+        if given.lower() not in there:
+            names = [element.name for element in there.values()]
+            raise unknown(f"`{what}` of deck {file}", given, names or ["none"])
+        return there[given.lower()]
+    by_name = [there[name] for name in NAMES[what] if name in there]
+    return (by_name or list(there.values()))[0] if by_name or len(there) == 1 else None
+
+
+def _load(elements: Sequence[Element], given: str | None, file: str) -> Element:
+    """The load: one by its name, or the resistor across the largest capacitor."""
+    if (named := _named(elements, "r", given, "load", file)) is not None:
+        return named
+    store = max((e for e in elements if e.kind == "c"), key=_size, default=None)
+    resistors = [element for element in elements if element.kind == "r"]
+    across = [each for each in resistors if store and _nets_of(each) == _nets_of(store)]
+    if len(across) == 1:
+        return across[0]
+    names = ", ".join(element.name for element in resistors) or "none"
+    raise InputError(
+        f"`load` must name the resistor of deck {file} whose power is asked for, but is left out: "
+        f"its resistors are {names}"
+    )
+
+
+def _store(
+    elements: Sequence[Element], given: str | None, file: str, load: Element
+) -> Element | None:
+    """The store: one by its name, or the largest capacitor across the load; None without one."""
+    if (named := _named(elements, "c", given, "store", file)) is not None:
+        return named
+    capacitors = (element for element in elements if element.kind == "c")
+    across = (each for each in capacitors if _nets_of(each) == _nets_of(load))
+    return max(across, key=_size, default=None)
+
+
+def _nets_of(element: Element) -> set[str]:
+    return set(map(net_of, element.nodes[:2]))
+
+
+def _size(element: Element) -> float:
+    """The value of an element; 0 if it depends on a name."""
+    value = element.value
+    return value.value if value is not None and value.is_constant else 0.0
+
+
+def _on_roles(
+    resistor: Element, load: str | None, kept: Element | None, store: str | None
+) -> Iterator[Diagnostic]:
+    """Remarks on a load and a store that nobody named."""
+    if load is None:
+        yield note("deck_load", element=resistor.name)
+    if store is None and kept is not None:
+        yield note("deck_store", element=kept.name)

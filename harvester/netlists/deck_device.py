@@ -1,0 +1,209 @@
+"""The piezo of a deck: the elements that a scene's device replaces, and its two nets.
+
+Three forms are known: a current source with a capacitor across it; a voltage source in series with
+a capacitor, with nothing else between them; a sine, or a function of the time, between the nets.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from harvester.errors import InputError, unknown
+from harvester.netlists.element_lines import Element
+from harvester.netlists.expression import plain_number
+from harvester.netlists.flat import net_of
+from harvester.netlists.words import tokens_of
+
+Nets = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class DeckDevice:
+    """The piezo of a deck: its two nets, the sources that drive it, and its capacitors."""
+
+    nets: Nets
+    drives: tuple[Element, ...] = ()
+    capacitors: tuple[Element, ...] = ()
+
+    @property
+    def elements(self) -> tuple[Element, ...]:
+        """All elements that a scene's device replaces."""
+        return (*self.drives, *self.capacitors)
+
+    @property
+    def capacitance(self) -> str:
+        """The sum of the capacitances (F); the texts if they depend on names; "" without one."""
+        if len(self.capacitors) == 1 and not self.capacitors[0].options:
+            text = tokens_of(self.capacitors[0].line.text)[3]
+            if plain_number(text) is not None:
+                return text
+        parts = [each.value for each in self.capacitors]
+        many = [each.options.get("m") for each in self.capacitors]
+        if not parts:
+            return ""
+        if any(each is None or not each.is_constant for each in (*parts, *filter(None, many))):
+            return " + ".join(" ".join(tokens_of(each.line.text)[3:]) for each in self.capacitors)
+        pairs = zip(parts, many, strict=True)
+        total = sum(part.value * (m.value if m else 1.0) for part, m in pairs if part)
+        return f"{total:.12g}"
+
+
+def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -> DeckDevice:
+    """The piezo of a deck; ``terminals`` are its nets, if they are known.
+
+    Raises InputError if no element or several may be it; it lists them.
+    """
+    if terminals is not None:
+        return _at(elements, terminals, file)
+    spelt = {net_of(net): net for net in _nets(elements)}
+    merged: dict[frozenset[str], DeckDevice] = {}
+    for device in _sure(elements) or _direct(elements):
+        key = frozenset(map(net_of, device.nets))
+        first, second = (spelt.get(net_of(net), net) for net in _ground_last(device.nets))
+        known = merged.get(key, DeckDevice((first, second)))
+        more = tuple(each for each in device.capacitors if each not in known.capacitors)
+        drives = (*known.drives, *device.drives)
+        merged[key] = DeckDevice(known.nets, drives, (*known.capacitors, *more))
+    if len(merged) == 1:
+        device = next(iter(merged.values()))
+        _refuse_series(device, elements, file)
+        return device
+    nets = ", ".join(_nets(elements)[:30])
+    give = f"give the piezo's two nets by `terminals` A,B; the nets are {nets}"
+    if not merged:
+        raise InputError(
+            f"deck {file} must have a source in the piezo's place, but has none: {give}"
+        )
+    several = "; ".join(
+        f"{device.drives[0].name} at {','.join(device.nets)}" for device in merged.values()
+    )
+    raise InputError(
+        f"deck {file} must have one source in the piezo's place, but several may be it "
+        f"({several}): {give}"
+    )
+
+
+def _refuse_series(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
+    """Refuse a lone source in series with one part, which may be of the piezo's own model."""
+    if device.capacitors or _is_current(device.drives[0]):
+        return
+    for net in map(net_of, device.nets):
+        at = [e for e in elements if e not in device.drives and net in map(net_of, e.nodes)]
+        if net != "0" and len(at) == 1 and at[0].kind in "rlc":
+            raise InputError(
+                f"deck {file} must have a source at the piezo's nets, but {at[0].name} is in series "
+                f"with {device.drives[0].name}: give the piezo's two nets by `terminals` A,B"
+            )
+
+
+def _two_nets(elements: Sequence[Element], terminals: Nets, file: str) -> Nets:
+    """Two different nets of a deck, as they are spelt there."""
+    known = {net_of(net): net for net in _nets(elements)}
+    for net in terminals:
+        if net_of(net) not in known:
+            raise unknown(f"net of `terminals` in deck {file}", net, known.values())
+    first, second = (known[net_of(net)] for net in terminals)
+    if first == second:
+        raise InputError(f"`terminals` must be two different nets, but both are {first}")
+    return first, second
+
+
+def _at(elements: Sequence[Element], terminals: Nets, file: str) -> DeckDevice:
+    """The piezo between two nets: sources, alone or in series with a capacitor, and capacitors."""
+    first, second = _two_nets(elements, terminals, file)
+    there = {net_of(first), net_of(second)}
+    devices = [
+        device
+        for device in (*_sure(elements), *_direct(elements))
+        if set(map(net_of, device.nets)) == there
+    ]
+    drives = _distinct(each for device in devices for each in device.drives)
+    # Also a constant source, as of an analysis of small signals.
+    across = [element for element in elements if _across(element, there)]
+    drives = _distinct([*drives, *(element for element in across if element.kind in "vi")])
+    capacitors = _distinct(each for device in devices for each in device.capacitors)
+    if drives and not capacitors:
+        capacitors = [element for element in across if element.kind == "c"]
+    return DeckDevice((first, second), tuple(drives), tuple(capacitors))
+
+
+def _distinct(elements: Iterable[Element]) -> list[Element]:
+    """The elements, each once."""
+    return list({element.name.lower(): element for element in elements}.values())
+
+
+def _sure(elements: Sequence[Element]) -> list[DeckDevice]:
+    """Current sources with a capacitor across them, and voltage sources in series with one."""
+    devices: list[DeckDevice] = []
+    degree = Counter(net_of(node) for element in elements for node in set(element.nodes))
+    capacitors = [element for element in elements if element.kind == "c"]
+    for drive in filter(_drives, elements):
+        nets = set(map(net_of, drive.nodes[:2]))
+        across = tuple(each for each in capacitors if _across(each, nets))
+        if _is_current(drive) and across:
+            devices.append(DeckDevice(_pair(drive.nodes[1::-1]), (drive,), across))
+        elif not _is_current(drive):
+            others = [each for each in capacitors if each not in across]
+            devices += _in_series(drive, others, degree)
+    return devices
+
+
+def _in_series(
+    drive: Element, capacitors: Iterable[Element], degree: Mapping[str, int]
+) -> Iterator[DeckDevice]:
+    """A voltage source with a capacitor at one of its nodes, to which nothing else is connected."""
+    for inner, outer in (drive.nodes[:2], drive.nodes[1::-1]):
+        if net_of(inner) == "0" or degree[net_of(inner)] != 2:
+            continue
+        for each in capacitors:
+            if inner in each.nodes:
+                other = each.nodes[1] if each.nodes[0] == inner else each.nodes[0]
+                yield DeckDevice((other, outer), (drive,), (each,))
+
+
+def _direct(elements: Sequence[Element]) -> list[DeckDevice]:
+    """Sines and functions of the time, between whose nodes the piezo is; clocks drive switches."""
+    drives = [element for element in elements if _drives(element)]
+    sines = [element for element in drives if element.form == "sin" or _is_function(element)]
+    return [DeckDevice(_pair(drive.nodes), (drive,)) for drive in sines]
+
+
+def _drives(element: Element) -> bool:
+    """Whether a source changes with time, or is one of an analysis of small signals."""
+    small = element.kind in "vi" and " ac " in f"{element.line.text.lower()} ".replace("\t", " ")
+    return (element.kind in "vi" and bool(element.form)) or small or _is_function(element)
+
+
+def _is_function(element: Element) -> bool:
+    """Whether it is a B source that depends on the time alone."""
+    if element.kind != "b" or element.value is None:
+        return False
+    return {leaf.operation for leaf in element.value.leaves} - {"name"} == {"time"}
+
+
+def _is_current(element: Element) -> bool:
+    return element.kind == "i" or (element.kind == "b" and element.form == "i")
+
+
+def _across(element: Element, nets: set[str]) -> bool:
+    return set(map(net_of, element.nodes[:2])) == nets
+
+
+def _ground_last(nets: Nets) -> Nets:
+    """The two nets, the second of which is ground if one is."""
+    return (nets[1], nets[0]) if net_of(nets[0]) == "0" else nets
+
+
+def _pair(nodes: Sequence[str]) -> Nets:
+    return nodes[0], nodes[1]
+
+
+def _nets(elements: Iterable[Element]) -> list[str]:
+    """The nets as they are spelt, each once, in their order."""
+    nets: dict[str, str] = {}
+    for element in elements:
+        written = tokens_of(element.line.text)[1 : 1 + len(element.nodes)]
+        for net in written:
+            if net.lower() in element.nodes:
+                nets.setdefault(net_of(net), net)
+    return list(nets.values())

@@ -1,0 +1,23 @@
+"""Remarks of `harvester adopt` on the lines of a deck."""
+
+MESSAGES: dict[str, str] = {
+    "deck_drive": "left out: {text} ({line}), the drive between {nets}, which the scene's device "
+    "replaces",
+    "deck_no_drive": "no source is between {nets}, and nothing is left out there",
+    "deck_capacitance": "left out: {text} ({line}), the piezo's own capacitance, which the scene "
+    "has: [piezo] capacitance = {value} F",
+    "deck_cards": "left out: {cards}, which act on the deck's own simulation",
+    "deck_commands": "left out: {count} commands between .control and .endc, which never run here",
+    "deck_command_changes": "left out: the command {command} ({line}), which may change the "
+    "circuit",
+    "deck_option": "left out: the option {option}, which changes the circuit in ngspice",
+    "deck_kept": "kept: {card}",
+    "deck_source_kept": "kept: {element}, a source of the board's own; the power that it supplies "
+    "is not harvested",
+    "deck_load": "load: {element}, whose power is reported; another one: `load` NAME",
+    "deck_store": "store: {element}; another one: `store` NAME",
+    "deck_step": "{text} is: harvester sweep SCENE --vary {key}={values}",
+    "deck_step_left_out": "left out: {text}, as no single value of an element is stepped",
+    "deck_library": "left out: {library}, which is not in the deck's folder",
+    "deck_own_model": "models of the package, which may differ from the deck's library: {models}",
+}

@@ -1,0 +1,144 @@
+"""Columns by their names: times, counters, accelerations and frequencies, in SI units.
+
+Times without a unit are in seconds, if that makes a sampling rate that is possible
+(`harvester.records.time_units`); otherwise the unit is asked for.
+"""
+
+from collections.abc import Callable
+
+from harvester.arrays import Floats
+from harvester.errors import InputError, invalid, shown
+from harvester.quantities.kinds import FREQUENCY, TIME, Kind
+from harvester.records.csv_table import CsvColumn, CsvTable
+from harvester.records.time_units import FASTEST, UNITS, decided, possible, typical_step
+
+AXES = ("x", "y", "z")
+_TIMES = frozenset(
+    ("time", "t", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec")
+)
+_TIMES |= {"zeit", "uhrzeit", "temps", "tijd", "tiempo", "tempo", "relative", "epoch", "clock"}
+_TIMES |= {"millis", "micros", "milliseconds", "microseconds", "msec", "usec", "uptime"}
+_COUNTERS = frozenset(("sample", "samples", "index", "idx", "count", "counter", "n", "nr", "no"))
+_COUNTERS |= {"number", "row", "seq"}
+_ACCELERATIONS = frozenset(
+    ("a", "acc", "accel", "acceleration", "accelerometer", "vibration", "base", "shaker")
+)
+_ACCELERATIONS |= {"beschleunigung"}
+_TIME_WORDS = {"millis": "ms", "milliseconds": "ms", "msec": "ms"}
+_TIME_WORDS |= {"micros": "us", "microseconds": "us", "usec": "us"}
+_HERTZ = ("hz", "khz", "mhz", "ghz")
+_FREQUENCIES = frozenset(["frequency", "freq", "f", "hz", "frequenz", "frequencies"])
+
+
+def is_time(column: CsvColumn) -> bool:
+    """Whether a column is named as a time, or holds dates or times of day."""
+    if column.texts is not None:
+        return False
+    if column.words == ("x", "value"):  # LabVIEW's name of times
+        return True
+    return column.clock or (
+        column.words[:1] != () and (column.words[0] in _TIMES or column.words[-1] in _TIMES)
+    )
+
+
+def is_counter(column: CsvColumn) -> bool:
+    """Whether a column is named as the number of a sample."""
+    return bool(_COUNTERS & set(column.words)) and not is_time(column)
+
+
+def is_frequency(column: CsvColumn) -> bool:
+    """Whether a column is named as a frequency."""
+    return bool(_FREQUENCIES & set(column.words)) or column.stated.lower() in _HERTZ
+
+
+def is_acceleration(column: CsvColumn) -> bool:
+    """Whether a column is named as an acceleration, by an axis, or as a channel of a logger."""
+    axes = {axis + letter for axis in ("a", "acc", "accel", "") for letter in AXES} | {
+        "ch",
+        "channel",
+        "kanal",
+    }
+    return (
+        bool(set(column.words) & (_ACCELERATIONS | axes))
+        and not is_time(column)
+        and column.texts is None
+    )
+
+
+def unit_of_time(column: CsvColumn) -> tuple[float | None, str]:
+    """The seconds of one of a column's numbers, by its unit or its name, and the text that has it.
+
+    None if neither.
+    """
+    factor, _ = column.scale(TIME) or (None, 1)
+    if factor is not None:
+        return factor, next((u for u in column.candidates() if TIME.scale(u)[0] == factor), "")
+    words = _TIME_WORDS.items()
+    known = "" if column.stated else next((u for word, u in words if word in column.words), "")
+    return UNITS.get(known), known
+
+
+def times(table: CsvTable, key: str, fastest: float = FASTEST) -> Floats | None:
+    """The times of a table in seconds, from its first column of times; None if it has none.
+
+    ``fastest`` is the highest sampling rate that is possible (Hz).  Raises InputError for a unit
+    of another quantity, and for times without a unit that cannot be in seconds.
+    """
+    columns = table.find(is_time)
+    if not columns:
+        return None
+    column = columns[0]
+    factor, _ = unit_of_time(column)
+    if column.clock or factor is not None:
+        return column.values * (1.0 if column.clock or factor is None else factor)
+    if column.stated:
+        raise invalid(f"{key} column {column.name!r}", "have a unit such as s", column.stated)
+    reading = decided(column.values, fastest)
+    ways = possible(column.values, fastest)
+    if ways and (reading is None or reading.unit != "s"):
+        rates = ", ".join(f"'{column.name} ({way.unit})' for {way.rate:.4g} Hz" for way in ways)
+        slow = 1.0 / typical_step(column.values)
+        raise InputError(
+            f"{key} column {column.name!r} must have a unit, for its steps are hardly seconds: "
+            f"name it {rates}, or '{column.name} (s)' for {slow:.4g} Hz"
+        )
+    return column.values
+
+
+def numbers(
+    table: CsvTable, key: str, predicate: Callable[[CsvColumn], bool], name: str, kind: Kind
+) -> tuple[CsvColumn, Floats]:
+    """The column for which ``predicate`` holds, and its numbers in SI units.
+
+    Raises InputError, which begins with ``key``, if there is none, if there are several, and for a
+    unit of another kind.
+    """
+    columns = table.find(predicate)
+    if not columns:
+        raise no_column(table, key, name, kind)
+    if len(columns) > 1:
+        names = ", ".join(column.name for column in columns)
+        raise InputError(
+            f"{key} must have one column '{name} ({kind.unit})', but has {shown(names)}"
+        )
+    column = columns[0]
+    values = column.in_si(kind)
+    if values is not None:
+        return column, values
+    if kind is FREQUENCY and not column.stated:  # a frequency has no other usual unit than Hz
+        return column, column.values
+    if not column.stated:
+        raise InputError(
+            f"{key} column {column.name!r} must have a unit, such as '{name} ({kind.unit})', but has none"
+        )
+    raise invalid(
+        f"{key} column {column.name!r}", f"have a unit such as {kind.unit}", column.stated
+    )
+
+
+def no_column(table: CsvTable, key: str, name: str, kind: Kind, more: str = "") -> InputError:
+    """The error of a file without a column."""
+    has = (
+        shown(table.heads) if any(column.stated for column in table.columns) else "none with a unit"
+    )
+    return InputError(f"{key} must have a column '{name} ({kind.unit})', but has {has}{more}")

@@ -1,0 +1,92 @@
+"""The lines above the numbers of a file: sampling rate and units, as `Sample rate: 200 Hz`.
+
+Loggers, oscilloscopes and LabVIEW (.lvm) write lines of a name and its value there.
+"""
+
+import itertools
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from harvester.quantities.kinds import FREQUENCY, TIME
+from harvester.quantities.units import split_unit
+
+LONGEST = 200  # letters of a line that are looked at
+_LINE = re.compile(r"[\s#%!;/\"]*([A-Za-z][\w .()/^-]*?)\s*[:=,;\t]\s*\"?([^\"]*)\"?")
+_RATE = re.compile(
+    r"(?:sampl\w*|data|acquisition|scan)[ _-]?(?:rate|freq\w*)|rate|fs|odr", re.IGNORECASE
+)
+_PERIOD = re.compile(
+    r"sampl\w*[ _-]?(?:period|interval|time)|delta[ _-]?[xt]|time[ _-]?(?:step|increment)|dt", re.I
+)
+_Y_UNIT = re.compile(r"(?:y|vertical)[ _-]?units?(?:[ _-]?label)?", re.IGNORECASE)
+_X_UNIT = re.compile(r"(?:x|horizontal)[ _-]?units?(?:[ _-]?label)?", re.IGNORECASE)
+_UNIT_OF_KEY = re.compile(r"(.*?)\s*\(([^()]*)\)")
+
+
+@dataclass(frozen=True)
+class Preamble:
+    """The sampling ``rate`` (Hz), and the units of both axes; None or "" if they are not stated."""
+
+    rate: float | None = None
+    x_unit: str = ""
+    y_unit: str = ""
+
+
+NOTHING = Preamble()
+
+
+def preamble(lines: Iterable[str]) -> Preamble:
+    """The facts in lines above the numbers; other lines are left out."""
+    lines = list(lines)
+    rate: float | None = None
+    period = _increment(lines)
+    x_unit = ""
+    y_unit = ""
+    for line in lines:
+        match = _LINE.fullmatch(line.strip()[:LONGEST])
+        if match is None:
+            continue
+        key = match[1].strip()
+        value = re.split(r"[\t,;]", match[2].strip())[0].strip()
+        inner = _UNIT_OF_KEY.fullmatch(key)
+        key, unit = (inner[1], inner[2]) if inner else (key, "")
+        if _RATE.fullmatch(key):
+            rate = _number(
+                value, unit or "Hz", FREQUENCY.scale, {"sps": "Hz", "samples/s": "Hz", "sa/s": "Hz"}
+            )
+        elif _PERIOD.fullmatch(key):
+            period = _number(value, unit or x_unit or "s", TIME.scale, {"S": "s"})
+        elif _Y_UNIT.fullmatch(key):
+            y_unit = value
+        elif _X_UNIT.fullmatch(key):
+            x_unit = {"S": "s", "Sec": "s"}.get(value, value)
+    if rate is None and period is not None and period > 0.0:
+        rate = 1.0 / period
+    return Preamble(rate, x_unit, y_unit)
+
+
+def _increment(lines: Sequence[str]) -> float | None:
+    """The time step below the word Increment, as oscilloscopes with numbered samples write it."""
+    for line, below in itertools.pairwise(lines):
+        names = [name.strip().lower() for name in line[:LONGEST].split(",")]
+        numbers = below[:LONGEST].split(",")
+        if "increment" in names and len(numbers) > names.index("increment"):
+            return _number(numbers[names.index("increment")], "s", TIME.scale, {})
+    return None
+
+
+def _number(
+    text: str, unit: str, scale: Callable[[str], tuple[float | None, int]], others: dict[str, str]
+) -> float | None:
+    """A number in SI units, in ``unit`` if it has none.
+
+    None for another text, and if it is not above 0.
+    """
+    parts = split_unit(text)
+    if parts is None:
+        return None
+    written = parts[1].strip() or unit
+    written = others.get(written, others.get(written.lower(), written))
+    factor, _ = scale(written)
+    return parts[0] * factor if factor is not None and parts[0] > 0.0 else None

@@ -1,0 +1,263 @@
+"""The acceleration in a logger's table: its column, its unit, and the rows of one sensor.
+
+A fact that the file does not state is asked for with its likeliest value: gravity on a sensor at
+rest is 9.81 m/s^2, 1 g or 1000 mg.
+"""
+
+import itertools
+import math
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.errors import InputError, invalid, shown
+from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.quantities.kinds import ACCELERATION
+from harvester.quantities.units import split_unit
+from harvester.records.csv_layout import MISSING
+from harvester.records.csv_table import CsvColumn, CsvTable
+from harvester.records.named_columns import AXES, is_acceleration, is_counter, is_time
+from harvester.records.record_facts import AskedError
+
+GRAVITIES = {"m/s^2": 9.80665, "g": 1.0, "mg": 1000.0, "mm/s^2": 9806.65, "cm/s^2": 980.665}
+NEAR_GRAVITY = 0.06  # of gravity: how near the mean of a sensor at rest is to it
+_RANGE = re.compile(r"[±+\-/ ]*(\d+(?:\.\d+)?)\s*([mµu]?[gG]|m/s\^?2|m/s²)")
+INTERLEAVED = 0.05  # share of rows at which a word changes, from which on sensors alternate
+MOST_WORDS = 8  # different words of such a column
+
+
+def named(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
+    """The table; without names its columns are a time, then one acceleration or x, y and z."""
+    if any(column.head for column in table.columns) or len(table.columns) < 2:
+        return table
+    first, *others = table.columns
+    steps = np.diff(first.values)
+    if not (first.clock or np.count_nonzero(steps > 0.0) > 0.9 * steps.size):
+        return table
+    numbers = [column for column in others if column.texts is None]
+    axes = ("acceleration",) if len(numbers) == 1 else AXES if len(numbers) == len(AXES) else ()
+    if not axes:
+        return table
+    counts = table.facts.rate is not None and bool((steps == 1.0).all())
+    rows = "sample" if counts else "time"
+    heads = dict(zip((column.index for column in numbers), axes, strict=True)) | {first.index: rows}
+    notes.append(note("no_names", names=", ".join((rows, *axes))))
+    columns = tuple(replace(column, head=heads.get(column.index, "")) for column in table.columns)
+    return replace(table, columns=columns)
+
+
+def axis_column(table: CsvTable, axis: str | None) -> CsvColumn:
+    """The column of an axis, x, y or z, or of that name or number.
+
+    The only acceleration by default.
+    """
+    if not table.find(lambda c: not is_time(c) and bool(np.isfinite(c.values).any())):
+        raise InputError(
+            f"FILE must have accelerations and times, but {shown(table.heads)} has numbers in its "
+            "times alone: export its axes as well"
+        )
+    columns = table.find(is_acceleration)
+    if axis is not None:
+        return _named_column(table, columns, axis)
+    if not columns:
+        others = table.find(lambda c: not is_time(c) and not is_counter(c) and c.texts is None)
+        columns = others if len(others) == 1 else []
+    if len(columns) != 1:
+        names = ", ".join(column.name for column in columns) or table.heads
+        likely = [c.name for c in columns if c.words[-1:] and c.words[-1].endswith(AXES[-1])]
+        raise AskedError(
+            f"`axis` must be given where FILE has several columns, {shown(names)}, but is left out",
+            "axis",
+            next(iter((*likely, *(column.name for column in columns))), None),
+        )
+    return columns[0]
+
+
+def _named_column(table: CsvTable, columns: list[CsvColumn], axis: str) -> CsvColumn:
+    """The column that ``axis`` names, by its head, name or number, or as one of x, y and z."""
+    short = axis.strip().lower()
+    matches = [c for c in table.columns if short in _names(c)]
+    if short in AXES:
+        axes = {short, "a" + short, "acc" + short, "accel" + short}
+        matches += [c for c in columns if axes & set(c.words) and c not in matches]
+    if not matches:
+        raise InputError(
+            f"`axis` must be one of the columns of FILE, {shown(table.heads)}, but is {shown(axis)}"
+        )
+    if len(matches) > 1 and matches[1].name == matches[0].name:
+        numbers = [f"column {column.index + 1}" for column in matches]
+        raise AskedError(
+            f"`axis` must name one column of FILE, but {shown(axis)} is the name of "
+            f"{len(matches)}: give `axis` {numbers[0]!r} or {numbers[1]!r}",
+            "axis",
+            numbers[0],
+        )
+    return matches[0]
+
+
+def _names(column: CsvColumn) -> tuple[str, ...]:
+    """The names of a column in small letters: its head, its name without the unit, its number."""
+    return column.head.strip().lower(), column.name.lower(), f"column {column.index + 1}"
+
+
+def accelerations(
+    table: CsvTable, column: CsvColumn, unit: str | None, notes: list[Diagnostic]
+) -> Floats:
+    """The accelerations of a column (m/s^2), in its own, the preamble's, or a given unit.
+
+    Raises InputError for a column without numbers, and one whose unit is neither stated nor given.
+    """
+    if not np.isfinite(column.values).any():
+        raise InputError(
+            f"FILE column {column.name!r} must have numbers, but all its rows are empty"
+        )
+    if unit is not None:
+        return column.values * _factor(unit)
+    values = column.in_si(ACCELERATION)
+    if values is not None:
+        return values
+    if not column.stated and table.facts.y_unit and _scale(table.facts.y_unit) is not None:
+        notes.append(note("unit_of_preamble", unit=table.facts.y_unit))
+        return column.values * _factor(table.facts.y_unit)
+    span = _RANGE.fullmatch(column.stated)
+    if span is not None and np.nanmax(np.abs(column.values)) <= float(span[1]):
+        notes.append(note("range_in_brackets", range=column.stated, unit=span[2]))
+        return column.values * _factor(span[2])
+    raise _no_unit(table, column)
+
+
+def _no_unit(table: CsvTable, column: CsvColumn) -> AskedError:
+    """The error of a column without a unit, with the unit that gravity on it suggests."""
+    likely = _by_gravity(table, column)
+    stated = column.stated or table.facts.y_unit
+    if stated and _is_voltage(stated):
+        return AskedError(
+            f"FILE column {column.name!r} must be an acceleration, but is in {stated}: "
+            f"give `unit` '10 g' if 1 {stated} is 10 g, by the sensitivity of the sensor",
+            "unit",
+        )
+    was = f"is {shown(stated)}" if stated else "has none"
+    hint = (
+        f"give `unit` {likely}, for its mean is gravity in that"
+        if likely
+        else "give `unit` g, mg or m/s^2"
+    )
+    return AskedError(
+        f"FILE column {column.name!r} must have a unit such as g, mg or m/s^2 behind its name, but {was}: {hint}"
+        + ("" if likely else ", or for counts the size of one count, such as '0.488 mg'"),
+        "unit",
+        likely or None,
+    )
+
+
+def _is_voltage(unit: str) -> bool:
+    from harvester.quantities.kinds import VOLTAGE
+
+    return VOLTAGE.scale(unit)[0] is not None
+
+
+def _by_gravity(table: CsvTable, column: CsvColumn) -> str:
+    """The unit in which the mean of the axes, or of this one, is gravity; empty if none."""
+    axes = [
+        c for c in table.find(is_acceleration) if c.texts is None and np.isfinite(c.values).any()
+    ]
+    means = [float(np.nanmean(c.values)) for c in axes]
+    sizes = [abs(float(np.nanmean(column.values)))]
+    if len(axes) == len(AXES):
+        sizes.append(math.sqrt(sum(mean * mean for mean in means)))
+    return next(
+        (
+            unit
+            for unit, gravity in GRAVITIES.items()
+            for size in sizes
+            if abs(size / gravity - 1.0) < NEAR_GRAVITY
+        ),
+        "",
+    )
+
+
+def _scale(unit: str) -> float | None:
+    """The size in m/s^2 of one g, one mg, or one '0.488 mg'.
+
+    None if that is not an acceleration.
+    """
+    parts = split_unit(unit)
+    number, name = parts if parts is not None else (1.0, unit.strip())
+    factor, power = ACCELERATION.scale(name)
+    return number * factor if factor is not None and power == 1 and number > 0.0 else None
+
+
+def _factor(unit: str) -> float:
+    factor = _scale(unit)
+    if factor is None:
+        raise invalid(
+            "`unit`",
+            "be a unit of acceleration such as g, or the size of one count, such as '0.488 mg'",
+            unit,
+        )
+    return factor
+
+
+def chosen_rows(table: CsvTable, where: str | None) -> CsvTable:
+    """The rows of one sensor: those with a word in a column, by ``where`` such as 'sensor=A'.
+
+    Raises InputError for a condition that no row meets, and without one for a column whose words
+    alternate.
+    """
+    words = table.find(lambda column: column.texts is not None)
+    if where is None:
+        for column in words:
+            _refuse_interleaved(column)
+        return table
+    name, equals, word = where.partition("=")
+    matches = [column for column in words if name.strip().lower() in _names(column)]
+    if not equals or not matches:
+        has = ", ".join(column.name for column in words) or "FILE has none"
+        raise invalid("`where`", f"be COLUMN=WORD, of a column of words ({has})", where)
+    texts = np.array(matches[0].texts, object)
+    keep = texts == word.strip()
+    if not keep.any():
+        has = ", ".join(sorted(set(map(str, texts)))[:MOST_WORDS])
+        must = f"name a word of column {matches[0].name!r}, which has {has}"
+        raise invalid("`where`", must, where)
+    return _kept(table, keep)
+
+
+def _kept(table: CsvTable, keep: Any) -> CsvTable:
+    """The rows of a table for which ``keep`` is true."""
+    number = {int(row): k for k, row in enumerate(np.flatnonzero(keep), 1)}
+    columns = []
+    for column in table.columns:
+        texts = column.texts and tuple(np.array(column.texts, object)[keep])
+        columns.append(replace(column, values=column.values[keep], texts=texts))
+    bad = tuple((number[row - 1], k, text) for row, k, text in table.bad if row - 1 in number)
+    return replace(table, columns=tuple(columns), bad=bad)
+
+
+def _refuse_interleaved(column: CsvColumn) -> None:
+    texts = column.texts or ()
+    different = sorted(set(texts) - MISSING)
+    changes = sum(a != b for a, b in itertools.pairwise(texts))
+    if 2 <= len(different) <= MOST_WORDS and changes > INTERLEAVED * len(texts):
+        raise AskedError(
+            f"FILE must hold one sensor, but its column {column.name!r} changes between {', '.join(different)}: "
+            f"give `where` {shown(f'{column.name}={different[0]}')}",
+            "where",
+            f"{column.name}={different[0]}",
+        )
+
+
+def refuse_words(table: CsvTable, column: CsvColumn) -> None:
+    """Refuse cells that are neither a number nor a sign of a missing one."""
+    wrong = [
+        (row, text)
+        for row, index, text in table.bad
+        if index == column.index and text.lower() not in MISSING
+    ]
+    if wrong:
+        raise invalid(
+            f"FILE column {column.name!r} row {wrong[0][0]}", "be a number or empty", wrong[0][1]
+        )

@@ -1,0 +1,250 @@
+"""The power of a real device: devices from the priors, model error, next measurement.
+
+The power of a device is P = F(parameters) exp(m), with the parameters from the priors of
+`priors.toml`, F by an engine (`harvester.tolerance`), and a normal m for the model error.  ln F
+is a polynomial in the logarithms of the parameters, through the devices that the engine computed;
+thus a measurement of one parameter, which leaves it a smaller spread, needs no further device.
+"""
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.engines.protocol import AnyScene
+from harvester.engines.selection import Named, default_engine
+from harvester.engines.selection import engine as engine_of
+from harvester.equations.problem import Problem
+from harvester.errors import InputError, names_arguments
+from harvester.machine.execution import DEFAULT, Execution
+from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.scene.scene import Scene
+from harvester.studies.prediction.prediction_result import Prediction, RealDevice, UncertainQuantity
+from harvester.studies.prediction.priors import (
+    DEFAULT_CLASS,
+    Prior,
+    in_modal_keys,
+    model_sigma,
+    prior_of,
+    priors_of,
+)
+from harvester.studies.tolerance.design import sobol_points
+from harvester.studies.tolerance.surface import fit
+from harvester.studies.tolerance.tolerance import tolerance
+from harvester.studies.tolerance.tolerance_result import ToleranceResult
+from harvester.uncertainty.value import Value
+
+SAMPLES = 512
+DRAWS = 8192
+ENDS = (0.025, 0.5, 0.975)
+EXACT = 0.03  # how well a restitution coefficient is measured
+
+
+@names_arguments
+def predict(
+    scene: AnyScene,
+    *,
+    prior: str = DEFAULT_CLASS,
+    known: Mapping[str, str] | None = None,
+    engine: Named | None = None,
+    samples: int = SAMPLES,
+    runs: int | None = None,
+    seed: int = 0,
+    computed: Value | None = None,
+    execution: Execution = DEFAULT,
+) -> Prediction:
+    """Power and voltage of a real device, 95 % intervals, and the best next measurement.
+
+    The error of the computation and the spread of a real device are two numbers: ``computed`` has
+    the former for the scene as it is written, ``power`` and ``voltage`` the latter.
+
+    Parameters
+    ----------
+    scene
+        a `Scene` with units, or the path of a scene file.
+    prior
+        the class of the device: "bulk", "composite", "film" or "polymer".
+    known
+        the origin of the number of frequency, damping, coupling, capacitance, gap or restitution,
+        such as ``{"damping": "measured"}``: "unknown", "datasheet", "geometry", "measured_low",
+        "measured" or "given", of the frequency also "tuned".
+    engine
+        an engine or its name for the devices, by default that of `tolerance`.
+    samples, runs
+        the number of devices behind the polynomials, and the number of them that the engine
+        computes, as of `tolerance`.
+    seed
+        the same seed, the same devices.
+    computed
+        the mean power of the scene as it is written, if it is known already.
+    execution
+        the workers, and the folder.
+
+    Returns
+    -------
+    Prediction
+        power and voltage, each with its median and 95 % limits, the priors, and the interval
+        after each measurement.
+
+    Raises
+    ------
+    InputError
+        for a nondimensional scene, a class, a quantity or an origin that does not exist, and if
+        nothing scatters.
+    HarvesterError
+        if the engine fails at every device.
+
+    Examples
+    --------
+    >>> import harvester as hv
+    >>> scene = hv.load("examples/plate_harmonic.toml")
+    >>> result = hv.predict(scene, known={"damping": "measured", "frequency": "tuned"}, samples=256)
+    >>> result.next_measurement
+    'coupling'
+    """
+    begin = time.perf_counter()
+    problem = Problem.of(scene)
+    spread_scene = in_modal_keys(problem.scene)
+    priors = priors_of(spread_scene, prior, known or {})
+    if not priors:
+        raise InputError("`known` must leave a quantity with a spread, but gives all of them")
+    if computed is None:
+        computed = _computed(problem, engine, seed)
+    spread = tolerance(
+        spread_scene,
+        vary={entry.key: entry.written for entry in priors},
+        engine=engine,
+        samples=samples,
+        runs=runs,
+        checks=0 if engine is not None else None,
+        seed=seed,
+        execution=execution,
+    )
+    devices = _Devices(priors, spread, problem, seed)
+    power, voltage = devices.intervals()
+    quantities = [_quantity(entry, devices, prior) for entry in priors]
+    return Prediction(
+        engine=spread.engine,
+        prior=prior,
+        computed=computed,
+        power=power,
+        voltage=voltage,
+        quantities=tuple(sorted(quantities, key=lambda entry: entry.width_after or math.inf)),
+        model_sigma=model_sigma(problem),
+        samples=len(spread.power),
+        physical=True,
+        seconds=time.perf_counter() - begin,
+        diagnostics=_remarks(priors, problem, spread),
+    )
+
+
+def _computed(problem: Problem, engine: Named | None, seed: int) -> Value:
+    """The mean power of the scene as it is written."""
+    if engine is None:
+        engine = engine_of(default_engine(problem), seed=seed)
+    return engine_of(engine).run(problem).mean_power
+
+
+class _Devices:
+    """Many devices, by polynomials for the logarithms of power and voltage.
+
+    The variables are the standardised logarithms of the keys, and a uniform key from -1 to 1.  The
+    standard deviation of their leave-one-out errors is added as noise.
+    """
+
+    def __init__(
+        self, priors: Sequence[Prior], spread: ToleranceResult, problem: Problem, seed: int
+    ):
+        self.priors = priors
+        self.model = model_sigma(problem)
+        scene = in_modal_keys(problem.scene)
+        self.middles = [_value(scene, entry.key) for entry in priors]
+        served = spread.power > 0.0
+        self.without_power = 1.0 - float(served.mean())
+        x = np.stack(
+            [
+                _standardised(entry, middle, spread.samples[served, k])
+                for k, (entry, middle) in enumerate(zip(priors, self.middles, strict=True))
+            ],
+            axis=1,
+        )
+        self.power_law = fit(x, np.log(spread.power[served]))
+        self.voltage_law = fit(x, np.log(spread.voltage[served]))
+        # Three more columns: the model error, and the noise of either polynomial.
+        self.u = sobol_points(DRAWS, len(priors) + 3, seed)
+
+    def intervals(self, measured: Prior | None = None) -> tuple[RealDevice, RealDevice]:
+        """Power and voltage, with the spread that a quantity has after it was ``measured``."""
+        from scipy.special import ndtri
+
+        normal = ndtri(self.u)
+        x = np.empty((DRAWS, len(self.priors)))
+        for k, (entry, middle) in enumerate(zip(self.priors, self.middles, strict=True)):
+            better = None if measured is None or measured.quantity != entry.quantity else measured
+            if entry.key_sigma is not None:
+                sigma = entry.key_sigma if better is None else better.key_sigma or 0.0
+                x[:, k] = normal[:, k] * sigma / entry.key_sigma
+            else:
+                x[:, k] = 2.0 * self.u[:, k] - 1.0
+                if better is not None and entry.between is not None:
+                    low, high = entry.between
+                    near = middle + EXACT * x[:, k]
+                    x[:, k] = np.clip(2.0 * (near - low) / (high - low) - 1.0, -1.0, 1.0)
+        model = self.model * normal[:, -3]
+        power = self.power_law(x) + model + self.power_law.scatter * normal[:, -2]
+        voltage = self.voltage_law(x) + 0.5 * model + self.voltage_law.scatter * normal[:, -1]
+        return (
+            interval(np.exp(power), self.without_power, "W"),
+            interval(np.exp(voltage), self.without_power, "V"),
+        )
+
+
+def _standardised(entry: Prior, middle: float, values: Floats) -> Floats:
+    """Values of a key as the polynomials have them."""
+    if entry.key_sigma is not None:
+        return np.asarray(np.log(values / middle) / entry.key_sigma)
+    assert entry.between is not None, "a prior has a sigma or a range"
+    low, high = entry.between
+    return 2.0 * (values - low) / (high - low) - 1.0
+
+
+def _value(scene: Scene, key: str) -> float:
+    table, _, name = key.partition(".")
+    return float(scene.tables()[table][name])
+
+
+def interval(values: Floats, zeros: float, unit: str) -> RealDevice:
+    """Median and 95 % interval of values, and of zeros, which are a share of all."""
+    low, median, high = (
+        np.quantile(values, (end - zeros) / (1.0 - zeros)) if end > zeros else 0.0 for end in ENDS
+    )
+    return RealDevice(float(median), float(low), float(high), unit)
+
+
+def _quantity(entry: Prior, devices: _Devices, device_class: str) -> UncertainQuantity:
+    """A quantity, its spread, and the width of the power's interval after a measurement."""
+    better = prior_of(entry.quantity, "measured", device_class)
+    if better is None and entry.between is not None:
+        better = entry
+    if better is None or (entry.sigma is not None and (better.sigma or 0.0) >= entry.sigma):
+        after = None
+    else:
+        after = devices.intervals(better)[0].ratio
+    return UncertainQuantity(
+        entry.quantity, entry.key, entry.origin, entry.sigma, after, entry.source
+    )
+
+
+def _remarks(
+    priors: tuple[Prior, ...], problem: Problem, spread: ToleranceResult
+) -> tuple[Diagnostic, ...]:
+    """The notes on the priors, and the warnings of the study."""
+    remarks = [note("predicted_from_priors", model=100.0 * model_sigma(problem))]
+    if guessed := ", ".join(entry.quantity for entry in priors if entry.origin == "unknown"):
+        remarks.append(note("predicted_guesses", quantities=guessed))
+    scattered = any(entry.quantity == "frequency" for entry in priors)
+    if scattered and problem.equations.drive is not None:
+        remarks.append(note("predicted_detuned"))
+    return (*remarks, *(entry for entry in spread.warnings if entry.code != "surface_misses"))

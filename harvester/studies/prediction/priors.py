@@ -1,0 +1,175 @@
+"""The priors of a real device, read from the data file priors.toml of the package.
+
+A prior is a spread about the number in a scene: lognormal with a ``sigma``, the standard
+deviation of the logarithm, or uniform over a ``range``.  It follows from the class of the device
+and from the origin of the number.
+"""
+
+import dataclasses
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from harvester.equations.effects import LINEAR, unknown_to
+from harvester.equations.problem import Problem
+from harvester.errors import InputError, named_once, unknown
+from harvester.scene.modal_parameters import modal_parameters
+from harvester.scene.scene import Scene
+
+FILE = Path(__file__).with_name("priors.toml")
+DEFAULT_CLASS = "bulk"
+NO_SPREAD = frozenset({"given", "tuned"})
+# The scene key of each quantity, and the exponent of the quantity in it.
+KEYS = {
+    "frequency": ("oscillator.stiffness", 2.0),
+    "damping": ("oscillator.damping", 1.0),
+    "coupling": ("piezo.coupling", 1.0),
+    "capacitance": ("piezo.capacitance", 1.0),
+    "gap": ("stop.gap", 1.0),
+    "restitution": ("stop.restitution", 1.0),
+}
+
+
+@dataclass(frozen=True)
+class Prior:
+    """A spread of a quantity of a real device about its number in a scene.
+
+    ``sigma`` is the standard deviation of its logarithm, or None if ``between`` has the ends of a
+    uniform spread.
+    """
+
+    quantity: str
+    origin: str
+    sigma: float | None
+    between: tuple[float, float] | None
+    source: str
+
+    @property
+    def key(self) -> str:
+        """The scene key that scatters."""
+        return KEYS[self.quantity][0]
+
+    @property
+    def key_sigma(self) -> float | None:
+        """The standard deviation of the logarithm of the scene key."""
+        return None if self.sigma is None else KEYS[self.quantity][1] * self.sigma
+
+    @property
+    def written(self) -> str:
+        """The spread of the scene key as `harvester.tolerance` accepts it."""
+        if self.between is not None:
+            return f"{self.between[0]!r}:{self.between[1]!r}"
+        return f"lognormal:{self.key_sigma or 0.0:.10g}"
+
+
+@cache
+def data() -> Mapping[str, Any]:
+    """The tables of the data file: classes, origins, defaults, model and prior."""
+    return tomllib.loads(FILE.read_text(encoding="utf-8"))
+
+
+def prior_of(quantity: str, origin: str, device_class: str) -> Prior | None:
+    """The prior of a quantity whose number has an origin; None if the file has none for it."""
+    rows = [
+        row
+        for row in data()["prior"]
+        if row["quantity"] == quantity
+        and row["origin"] == origin
+        and row["class"] in (device_class, "any")
+    ]
+    if not rows:
+        return None
+    row = min(rows, key=lambda entry: entry["class"] == "any")
+    between = row.get("range")
+    return Prior(
+        quantity,
+        origin,
+        row.get("sigma"),
+        None if between is None else tuple(between),
+        row["source"],
+    )
+
+
+def check_class(name: str, argument: str = "prior") -> str:
+    """The name of a class of devices; InputError with the nearest match for another."""
+    if name not in data()["classes"]:
+        raise unknown(f"class of devices of `{argument}`", name, data()["classes"])
+    return name
+
+
+def origins_of(known: Mapping[str, str], argument: str = "known") -> dict[str, str]:
+    """The origin of every quantity: the defaults, and those in ``known``.
+
+    Raises InputError for a quantity or an origin that is not known, and an origin that the
+    quantity cannot have.
+    """
+    named_once(list(known), f"`{argument}`")
+    origins = dict(data()["defaults"])
+    for quantity, origin in known.items():
+        if quantity not in KEYS:
+            raise unknown(f"quantity of `{argument}`", quantity, KEYS)
+        if origin not in data()["origins"]:
+            raise unknown(f"origin of {quantity} in `{argument}`", origin, data()["origins"])
+        possible = _possible(quantity)
+        if origin not in possible:
+            raise InputError(
+                f"`{argument}` must give {quantity} one of the origins "
+                f"{', '.join(possible)}, but gives {origin}"
+            )
+        origins[quantity] = origin
+    return origins
+
+
+def _possible(quantity: str) -> list[str]:
+    """The origins that a quantity can have."""
+    rows = {row["origin"] for row in data()["prior"] if row["quantity"] == quantity}
+    more = {"given", "tuned"} if quantity == "frequency" else {"given"}
+    return [origin for origin in data()["origins"] if origin in rows | more]
+
+
+def model_sigma(problem: Problem) -> float:
+    """The model error of a scene, as the standard deviation of the logarithm of its power."""
+    equations = problem.equations
+    linear = unknown_to(LINEAR).isdisjoint(equations.effects)
+    return float(data()["model"]["linear" if linear and equations.linear is None else "nonlinear"])
+
+
+def in_modal_keys(scene: Scene) -> Scene:
+    """The scene with stiffness, damping and coupling in place of the keys that represent them.
+
+    Raises InputError for a scene without units, whose keys do not scatter one by one.
+    """
+    if scene.oscillator is None or scene.piezo is None:
+        raise InputError(
+            "a prediction needs a scene with units, but the scene is nondimensional: "
+            "give [oscillator] and [piezo]"
+        )
+    modal = modal_parameters(scene.oscillator, scene.piezo)
+    oscillator = dataclasses.replace(
+        scene.oscillator,
+        stiffness=modal.stiffness,
+        frequency=None,
+        damping=modal.damping,
+        damping_ratio=None,
+        q=None,
+    )
+    piezo = dataclasses.replace(scene.piezo, coupling=modal.coupling, open_circuit_frequency=None)
+    return dataclasses.replace(scene, oscillator=oscillator, piezo=piezo)
+
+
+def priors_of(scene: Scene, device_class: str, known: Mapping[str, str]) -> tuple[Prior, ...]:
+    """The priors of the quantities that a scene has, as `in_modal_keys` writes it."""
+    check_class(device_class)
+    tables = scene.tables()
+    priors = []
+    for quantity, origin in origins_of(known).items():
+        table, _, name = KEYS[quantity][0].partition(".")
+        if origin in NO_SPREAD or not tables.get(table, {}).get(name):
+            continue
+        prior = prior_of(quantity, origin, device_class)
+        assert prior is not None, "origins_of lets no other through"
+        priors.append(prior)
+    return tuple(priors)

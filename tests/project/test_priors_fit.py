@@ -1,0 +1,108 @@
+"""The fit of the priors: docs/prediction.md has its table, and a fit of made-up devices finds their numbers."""
+
+import dataclasses
+import importlib
+import math
+import re
+import sys
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from harvester.studies.prediction import priors
+from tests.support.paths import ROOT
+
+sys.path.append(str(ROOT / "benchmarks"))
+priors_fit = importlib.import_module("priors_fit")
+PAGE = (ROOT / "docs" / "prediction.md").read_text()
+
+
+def test_the_page_has_what_the_command_prints():
+    """Coverage and widths of every kind of interval, and the fit for each device left out."""
+    some = [number for number in priors_fit.numbers() if number.measured is not None]
+    fits = priors_fit.left_out(some)
+    generated = PAGE.partition(priors_fit.BEGIN)[2].partition(priors_fit.END)[0]
+    lines = [*priors_fit.table(some, fits), "", *priors_fit.by_device(some, fits)]
+    assert generated.strip().splitlines()[: len(lines)] == lines
+
+
+def made_up(fit, rng, devices=60):
+    """Numbers of devices whose measured values scatter as a fit states: a voltage, a power and a frequency each."""
+    numbers = []
+    for device in range(devices):
+        shared = rng.standard_normal(2)
+        for unit in ("V", "W", "Hz"):
+            number = priors_fit.Number(
+                device=f"made-up {device}",
+                quantity=unit,
+                unit=unit,
+                predicted=1.0,
+                own=0.05,
+                linear=device % 2 == 0,
+                with_priors=False,
+                measured=None,
+                half_digit=0.0,
+                exponents=priors_fit.EXPONENTS[unit],
+                sigmas=(0.2, 0.3, 0.02),
+            )
+            log = float(np.dot(priors_fit.shared(number, fit), shared))
+            log += math.sqrt(priors_fit.alone(number, fit)) * rng.standard_normal()
+            numbers.append(dataclasses.replace(number, measured=math.exp(log)))
+    return numbers
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_fit_finds_the_numbers_that_made_the_devices(seed):
+    """Within four of its standard errors, about 1/sqrt(2 n) of each number: a missing covariance would shift them."""
+    truth = priors_fit.Fit(1.5, 0.1, 0.6)
+    numbers = made_up(truth, np.random.default_rng(seed))
+    fit = priors_fit.fitted(numbers)
+    assert fit.factor == pytest.approx(truth.factor, rel=4.0 / math.sqrt(2.0 * 60))
+    assert fit.nonlinear == pytest.approx(truth.nonlinear, rel=4.0 / math.sqrt(2.0 * 30))
+    met = sum(priors_fit.holds(number, priors_fit.interval(number, fit)) for number in numbers)
+    low, high = priors_fit.wilson(met, len(numbers))
+    assert low < 0.95 < high
+
+
+def test_a_device_left_out_is_not_in_its_fit():
+    """Its measured values do not change its own interval."""
+    some = [number for number in priors_fit.numbers() if number.measured is not None]
+    moved = [
+        dataclasses.replace(number, measured=7.0 * number.measured)
+        if number.device == "koga"
+        else number
+        for number in some
+    ]
+    assert priors_fit.left_out(some)["koga"] == priors_fit.left_out(moved)["koga"]
+    assert priors_fit.left_out(some)["liu"] != priors_fit.left_out(moved)["liu"]
+
+
+def test_every_quantity_of_the_blind_devices_is_predicted():
+    """The counts that were asked for, each with ends about its median, and an interval of the fit."""
+    rows = priors_fit.rows("predicted.csv")
+    counts = Counter(row["device"] for row in rows if re.fullmatch(r"D\d", row["device"]))
+    assert counts == {"D1": 3, "D2": 8, "D3": 9, "D4": 16, "D5": 8, "D6": 6, "D7": 3, "D8": 56}
+    for row in rows:
+        for version in ("", "_1", "_2"):
+            low, value, high = (float(row[name + version]) for name in ("low", "predicted", "high"))
+            assert low <= value <= high, row["quantity"]
+
+
+def test_the_fitted_model_errors_are_those_of_the_package():
+    """The data file rounds the nonlinear one, and keeps a larger linear one, which nine numbers cannot lower."""
+    some = [number for number in priors_fit.numbers() if number.measured is not None]
+    fit = priors_fit.fitted(some)
+    model = priors.data()["model"]
+    assert model["nonlinear"] == pytest.approx(fit.nonlinear, abs=0.02)
+    assert model["linear"] >= fit.linear
+    assert model["linear"] == priors_fit.FIRST.linear
+
+
+def test_the_first_page_has_the_coverage():
+    """README's row on real devices is that of the table."""
+    row = r"\| fitted, each device left out \| (\d+ of \d+) \|.*\| (\d+) \|"
+    held, width = re.search(row, PAGE).groups()
+    readme = (ROOT / "README.md").read_text()
+    assert f"{held} inside" in readme
+    assert f"a factor of {width} " in readme

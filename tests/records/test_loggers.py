@@ -1,0 +1,171 @@
+"""Files of loggers as they are: each is read with the right value, or asks for one fact that makes it right."""
+
+import json
+import shlex
+
+import numpy as np
+import pytest
+
+from harvester.errors import InputError
+from harvester.records.cleaning import clean
+from harvester.records.record_facts import RecordFacts
+from harvester.records.record_files import read_record
+from tests.support.loggers import (
+    ASKED,
+    COUNT,
+    RATE,
+    RIGHT,
+    STATED,
+    G,
+    T,
+    Z,
+    octave_rms,
+    rows,
+    seconds,
+)
+
+
+def rms_of(path, axis=None, **facts):
+    """The rms in the octave in g, and the rate, of a file that is cleaned."""
+    record = clean(str(path), RecordFacts(axis=axis, **facts))
+    return octave_rms(record.values, record.rate) / G, record.rate
+
+
+@pytest.mark.parametrize("name", STATED)
+def test_files_that_state_what_they_are(tmp_path, name):
+    text, axis = STATED[name]
+    (tmp_path / "a.csv").write_text(text)
+    rms, rate = rms_of(tmp_path / "a.csv", axis)
+    assert rate == pytest.approx(RATE, rel=1e-4)
+    assert rms == pytest.approx(RIGHT, rel=3e-3)
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_files_that_ask_for_one_fact(tmp_path, harvester, name):
+    """The refusal is one line with the option; with it the value is right."""
+    text, axis, option, value = ASKED[name]
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    status, _, err = harvester("record", path, *axis.split())
+    assert status == 2
+    assert option in err
+    assert err.count("\n") == 1
+    status, out, err = harvester("record", path, *axis.split(), option, value, "--json")
+    assert (status, err) == (0, "")
+    found = json.loads(out)
+    assert found["rate"] == pytest.approx(RATE, rel=1e-4) or option == "--time-unit"
+    if option == "--time-unit":
+        assert found["rate"] == pytest.approx(50e3)
+        return
+    bands = [b["rms"] / G for b in found["bands"] if b["low"] == pytest.approx(22.1, abs=0.1)]
+    assert bands[0] == pytest.approx(RIGHT, rel=3e-3)
+
+
+@pytest.mark.parametrize("name", sorted({*STATED, *ASKED}))
+def test_a_scene_reads_the_file_or_names_a_command_that_works(
+    tmp_path, harvester, monkeypatch, name
+):
+    text = STATED[name][0] if name in STATED else ASKED[name][0]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "log 1.csv").write_text(text)
+    try:
+        record = read_record("log 1.csv")
+    except InputError as error:
+        command = shlex.split(str(error).split(": '")[-1].removesuffix("' mends it"))
+        values = {"HZ": "200", "UNIT": ASKED[name][3] if name in ASKED else ""}
+        status, _, err = harvester(*(values.get(word, word) for word in command[1:]))
+        assert (status, err) == (0, "")
+        record = read_record("clean.csv")
+    if name not in ("ms or us", "a restart"):  # whose remedy is not the user's own answer
+        assert 1.0 / record.spacing == pytest.approx(RATE, rel=1e-4)
+        assert octave_rms(record.values[:COUNT], RATE) / G == pytest.approx(RIGHT, rel=5e-3)
+
+
+def test_units_of_times_that_differ_by_1000(tmp_path):
+    """What is possible for an accelerometer decides; the note has the unit and the rate."""
+    for factor, unit in ((1e3, "ms"), (1e6, "us")):
+        (tmp_path / "a.csv").write_text("t,z (g)\n" + rows(seconds("{:.0f}", factor)))
+        notes = [str(line) for line in clean(str(tmp_path / "a.csv")).notes]
+        assert any(f"read in {unit}, at 200 samples per second" in line for line in notes)
+    (tmp_path / "a.csv").write_text("t (s),z (g)\n" + rows(seconds("{:.0f}", 1e3)))
+    record = clean(str(tmp_path / "a.csv"))  # a unit that is stated holds, with a warning
+    assert record.rate == pytest.approx(0.2)
+    assert "(`time_unit` ms), it is 200" in str(record.warnings[0])
+
+
+@pytest.mark.parametrize("value", [1.0, 0.0])
+def test_a_sensor_that_died_is_reported_with_the_part_that_lives(tmp_path, harvester, value):
+    """From 3 s on the values are constant: a warning, and the options for the first 3 s."""
+    dead = np.where(T < 3.0, Z - 1.0 + value, value)
+    (tmp_path / "a.csv").write_text("time (s),z (g)\n" + rows(seconds(), dead))
+    status, out, _ = harvester("record", tmp_path / "a.csv")
+    assert status == 0
+    assert "600 samples are constant, a share of 0.5, longest from 3 to 5.995 s" in out
+    assert "--from 0 --to 2.995 selects" in out
+    living = harvester("record", tmp_path / "a.csv", "--from", "0", "--to", "2.995")[1]
+    assert "constant" not in living
+    assert "clipped" not in out
+
+
+def test_a_coarse_sensor_at_rest_is_not_dead(tmp_path):
+    """Values of a coarse resolution repeat by chance."""
+    rng = np.random.default_rng(3)
+    coarse = np.round(0.4 * rng.standard_normal(COUNT))
+    (tmp_path / "a.csv").write_text("time (s),z (g)\n" + rows(seconds(), coarse))
+    assert not [w for w in clean(str(tmp_path / "a.csv")).warnings if w.code == "stands_still"]
+
+
+def test_files_of_times_alone(tmp_path, harvester):
+    (tmp_path / "a.csv").write_text("Timestamp,X,Y,Z\n" + "".join(f"{t:.3f}\n" for t in T))
+    status, _, err = harvester("record", tmp_path / "a.csv")
+    assert status == 2
+    assert "export its axes as well" in err
+
+
+def test_all_samples_of_a_clipped_sensor_are_counted(tmp_path):
+    """Crests that are cut for three samples and for two: all five are at the end of the range."""
+    values = np.random.default_rng(7).uniform(-1.0, 0.8, COUNT)
+    values[100:103] = values[300:302] = 1.0
+    (tmp_path / "a.csv").write_text("time (s),z (g)\n" + rows(seconds(), values))
+    [clipped] = [w for w in clean(str(tmp_path / "a.csv")).warnings if w.code == "clipped"]
+    assert clipped.numbers["samples"] == 5
+
+
+def test_a_rate_that_changes_is_named(tmp_path, harvester):
+    """200 Hz for 3 s, then 100 Hz: the refusal selects either part by options that work."""
+    path = tmp_path / "a.csv"
+    times = [*T[:600], *(T[599] + 0.01 * np.arange(1, 301))]
+    values = [*Z[:600], *Z[600::2]]
+    path.write_text("time (s),z (g)\n" + rows([f"{t:.4f}" for t in times], values))
+    status, _, err = harvester("record", path)
+    assert status == 2
+    assert "changes from 200 to 100 Hz after 2.875 s: --to 2.875 selects" in err
+    assert json.loads(harvester("record", path, "--to", "2.875", "--json")[1])[
+        "rate"
+    ] == pytest.approx(200)
+    rest = harvester("record", path, "--from", "3.395", "--json")[1]
+    assert json.loads(rest)["rate"] == pytest.approx(100)
+
+
+def test_more_columns_than_names_are_refused(tmp_path, harvester):
+    path = tmp_path / "a.csv"
+    path.write_text(
+        "time (s),z (g)\n" + "".join(f"{t:.3f},1,{z:.4f}\n" for t, z in zip(T, Z, strict=True))
+    )
+    status, _, err = harvester("record", path)
+    assert status == 2
+    assert "has 2 names above 3 columns" in err
+
+
+def test_parts_between_long_gaps_are_joined(tmp_path, harvester):
+    """A gap of 3 s: the parts one behind the other have the samples and the rms of both."""
+    path = tmp_path / "a.csv"
+    path.write_text("time (s),z (g)\n" + rows([f"{t + 3.0 * (t > 2.5):.3f}" for t in T]))
+    status, _, err = harvester("record", path)
+    assert status == 2
+    assert "--join all of them" in err
+    found = json.loads(harvester("record", path, "--join", "--json")[1])
+    assert found["samples"] == COUNT
+    assert found["rate"] == pytest.approx(RATE)
+    bands = [b["rms"] / G for b in found["bands"] if b["low"] == pytest.approx(22.1, abs=0.1)]
+    assert bands[0] == pytest.approx(RIGHT, rel=0.01)

@@ -1,0 +1,171 @@
+"""Predictions of a real device: closed forms of the interval, its narrowing, the data file, and refusals."""
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import harvester as hv
+from harvester.cli import cli
+from harvester.errors import InputError
+from harvester.studies.prediction import priors
+from harvester.studies.prediction.predict import interval
+
+GIVEN = dict.fromkeys(("frequency", "damping", "coupling", "capacitance"), "given")
+
+
+def weak(**load):
+    """A device whose coupling is so weak that its power goes with theta^2 and damping^-2, at resonance."""
+    return hv.Scene(
+        oscillator=hv.Oscillator(mass=0.01, frequency=50.0, damping_ratio=0.02),
+        piezo=hv.Piezo(coupling=1e-7, capacitance=20e-9),
+        excitation=hv.Excitation(acceleration_amplitude=1.0, frequency=50.0),
+        load=hv.Load(**(load or {"resistance": 1e3})),
+    )
+
+
+@pytest.mark.parametrize(
+    "quantity, origin, exponent", [("coupling", "geometry", 2), ("damping", "measured", -2)]
+)
+def test_a_power_law_has_a_lognormal_power(quantity, origin, exponent):
+    """ln P is normal with (exponent sigma)^2 + model^2: a wrong exponent, quantile or model would show in the width."""
+    result = hv.predict(weak(), prior="composite", known=GIVEN | {quantity: origin}, seed=3)
+    sigma = priors.prior_of(quantity, origin, "composite").sigma
+    whole = math.hypot(exponent * sigma, result.model_sigma)
+    assert math.log(result.power.ratio) == pytest.approx(2.0 * 1.96 * whole, rel=0.02)
+    assert result.power.median == pytest.approx(result.computed.value, rel=0.02)
+    assert math.log(result.voltage.ratio) == pytest.approx(1.96 * whole, rel=0.02)
+
+
+def test_a_measurement_narrows_as_its_smaller_spread_does():
+    """The width after a measurement is that of a prediction whose number was measured; a wrong spread would differ."""
+    unknown = GIVEN | {"coupling": "geometry", "damping": "unknown"}
+    result = hv.predict(weak(), prior="composite", known=unknown)
+    after = {one.quantity: one.width_after for one in result.quantities}
+    for quantity in ("coupling", "damping"):
+        measured = hv.predict(weak(), prior="composite", known=unknown | {quantity: "measured"})
+        assert after[quantity] == pytest.approx(measured.power.ratio, rel=0.05)
+    assert result.next_measurement == min(after, key=after.get) == "damping"
+
+
+def test_the_error_of_the_computation_stays_apart():
+    """The scene as it is written has its closed form, without the spread of the device."""
+    result = hv.predict(weak(), samples=64)
+    assert result.computed.error95 < 1e-6 * result.computed.value
+    assert result.computed.value == hv.run(weak()).mean_power.value
+
+
+def test_keys_in_other_forms_are_the_same_device():
+    """Stiffness, damping and coupling replace frequency, q and the open-circuit frequency, and the power stays."""
+    scene = hv.load("examples/plate.toml")
+    assert hv.run(priors.in_modal_keys(scene)).mean_power.value == pytest.approx(
+        hv.run(scene).mean_power.value, rel=1e-9
+    )
+
+
+def test_every_row_of_the_data_file_can_be_used():
+    """Each prior has a class, an origin, a source, and a sigma or a range; defaults have one for each class."""
+    data = priors.data()
+    for row in data["prior"]:
+        assert row["class"] in {*data["classes"], "any"} and row["origin"] in data["origins"]
+        assert row["quantity"] in priors.KEYS and len(row["source"]) > 5
+        assert 0.0 < row.get("sigma", 0.1) < 1.0 and ("sigma" in row) != ("range" in row)
+    for quantity, origin in data["defaults"].items():
+        assert all(priors.prior_of(quantity, origin, name) is not None for name in data["classes"])
+    rows = [(row["quantity"], row["origin"], row["class"]) for row in data["prior"]]
+    assert len(rows) == len(set(rows))
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ({"prior": "fim"}, "did you mean 'film'"),
+        ({"known": {"dampin": "measured"}}, "did you mean 'damping'"),
+        ({"known": {"damping": "measurd"}}, "did you mean 'measured'"),
+        ({"known": {"damping": "tuned"}}, "must give damping one of the origins"),
+        ({"known": GIVEN}, "must leave a quantity with a spread"),
+    ],
+)
+def test_refusals(options, words):
+    """One line with the nearest match or the remedy."""
+    with pytest.raises(InputError, match=words):
+        hv.predict(weak(), **options)
+
+
+def test_a_nondimensional_scene_is_refused():
+    """Its keys are ratios, which do not scatter one by one."""
+    scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=1.0, D11=0.01))
+    with pytest.raises(InputError, match="needs a scene with units"):
+        hv.predict(scene)
+
+
+def test_lognormal_spread():
+    """Its median and the standard deviation of its logarithm are those that were written."""
+    from harvester.studies.tolerance.spreads import spread
+
+    part = spread("piezo.coupling", "lognormal:0.3", weak())
+    values = np.log(part.at((np.arange(20000) + 0.5) / 20000) / 1e-7)
+    assert np.mean(values) == pytest.approx(0.0, abs=1e-6)
+    assert np.std(values) == pytest.approx(0.3, rel=2e-3)
+    assert spread("piezo.coupling", "lognormal:2e-7:0.3", weak()).values == (2e-7, 0.3)
+
+
+def test_the_command_has_two_numbers(tmp_path):
+    """The error of the computation and the interval of a device are two entries, and the page has the interval."""
+    page = tmp_path / "page.html"
+    words = [
+        "run",
+        "examples/plate_harmonic.toml",
+        "--predict",
+        "--prior",
+        "film",
+        "--known",
+        "frequency=tuned",
+    ]
+    done = CliRunner().invoke(
+        cli, [*words, "--json", "--report", str(page)], catch_exceptions=False
+    )
+    prediction = json.loads(done.stdout)["prediction"]
+    assert prediction["computed"]["value"] == json.loads(done.stdout)["mean_power"]["value"]
+    assert (
+        0.0
+        < prediction["power"]["low"]
+        < prediction["power"]["median"]
+        < prediction["power"]["high"]
+    )
+    assert "a real device: 95 % of devices" in page.read_text()
+
+
+@pytest.mark.parametrize("command", ["run", "tolerance"])
+def test_known_alone_is_refused(command):
+    """An option without effect is an error."""
+    done = CliRunner().invoke(cli, [command, "examples/plate.toml", "--known", "damping=measured"])
+    assert done.exit_code and "must be given with" in str(done.output) + str(done.exception)
+
+
+def test_tolerance_accepts_a_prior(tmp_path):
+    """The spreads of the class, and one of the user beside them."""
+    words = ["tolerance", "examples/plate.toml", "--prior", "bulk", "--vary", "load.resistance=5%"]
+    done = CliRunner().invoke(cli, [*words, "--samples", "64", "--json"], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    assert {"piezo.coupling", "load.resistance"} <= set(json.loads(done.stdout)["tornado"])
+
+
+def test_a_number_of_a_real_device_is_printed_in_its_unit():
+    """It was printed as a time: "5 % have after 11.25 us"."""
+    result = hv.predict("examples/plate_harmonic.toml", samples=64)
+    assert re.fullmatch(r"[\d.]+ uW \([\d.]+ uW to [\d.]+ uW\)", str(result.power))
+    assert str(result.voltage).count(" V") == 3
+
+
+def test_devices_without_power_are_in_the_interval():
+    """A share of zeros above 2.5 % makes the lower end 0; the others keep their place among all."""
+    values = np.linspace(1.0, 2.0, 100_001)
+    whole = interval(values, 0.0, "W")
+    some = interval(values, 0.1, "W")
+    assert (whole.low, whole.high) == pytest.approx((1.025, 1.975), abs=1e-4)
+    assert some.low == 0.0
+    assert some.median == pytest.approx(1.0 + 0.4 / 0.9, abs=1e-4)
