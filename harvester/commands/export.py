@@ -1,11 +1,14 @@
 """The command `harvester export`."""
 
+from typing import Any
+
 import click
 import cloup
 from cloup.constraints import RequireExactly
 
 from harvester.commands.help import command
 from harvester.commands.options import scene_argument, seed_option
+from harvester.errors import InputError
 
 
 @command(
@@ -34,8 +37,7 @@ from harvester.commands.options import scene_argument, seed_option
     cloup.option("--circuit", help="'inside', or 'outside': an electrical port.  Default: inside."),
     cloup.option("--fmi", type=int, help="Version of FMI, 2 or 3.  Default: 2."),
     cloup.option(
-        "--platforms",
-        help="Such as linux-x86_64,linux-aarch64,windows-x86_64,macos-aarch64.  Default: all.",
+        "--platforms", help="Such as linux-x86_64,windows-x86_64, or all.  Default: this machine's."
     ),
 )
 @cloup.option_group("Noise that is drawn when the part is written", seed_option)
@@ -44,19 +46,33 @@ def export(
 ) -> None:
     """Write SCENE's device as a part for other simulators: a subcircuit, or an FMU.
 
-    A subcircuit is for ngspice, LTspice and KiCad, with an excitation source.  An FMU (functional mock-up unit) is for
-    simulators of machines: Simulink, Amesim, Modelica, and others that import FMI 2.0 or 3.0.
+    A subcircuit is for ngspice, LTspice and KiCad, with an excitation source.  An FMU (functional
+    mock-up unit) is for simulators of machines: Simulink, Amesim, Modelica, and others that import
+    FMI 2.0 or 3.0.
     """
-    from harvester.devices.part_file import export_part
     from harvester.scene.toml import load
 
-    platforms = options.pop("platforms")
-    if isinstance(platforms, str):
-        options["platforms"] = tuple(name.strip() for name in platforms.split(","))  # type: ignore[assignment]
-    given = {name: value for name, value in options.items() if value is not None}
-    is_fmu = fmu is not None
-    argument = "fmu" if is_fmu else "out"
-    out = str(fmu if is_fmu else out)
-    part = export_part(load(path), out, seed=seed, is_fmu=is_fmu, argument=argument, **given)
-    click.echo(part)
-    click.echo(f"written: {out}")
+    file = str(out if fmu is None else fmu)
+    others, kind = (
+        (("name", "duration"), "out") if fmu else (("circuit", "fmi", "platforms"), "fmu")
+    )
+    for name in others:
+        if options[name] is not None:
+            raise InputError(
+                f"`{name}` must go with --{kind}, but {file!r} is another kind of part"
+            )
+    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    if fmu:
+        from harvester.devices.fmu.unit import export_fmu
+
+        made = export_fmu(load(path), file, seed=seed, argument="fmu", **given)
+        click.echo(
+            f"FMU {made.name}: {len(made.variables)} variables, inner step {made.step:.3g} s, "
+            f"{made.size / 1e3:.0f} kB for {', '.join(made.platforms)}"
+        )
+    else:
+        from harvester.devices.export import export as export_subcircuit
+
+        subcircuit = export_subcircuit(load(path), file, seed=seed, **given)
+        click.echo(f"subcircuit {subcircuit}: the file's first lines explain its use")
+    click.echo(f"written: {file}")

@@ -253,7 +253,7 @@ def test_library_needs_the_c_library_alone():
         ("plate_with_stop.toml", {"platforms": []}, InputError, "one at least"),
         ("plate_with_stop.toml", {"fmi": 1}, InputError, "be 2 or 3"),
         ("plate_with_stop.toml", {"circuit": "beside"}, InputError, "inside or outside"),
-        ("plate_with_stop.toml", {"name": "x"}, InputError, "must go with a subcircuit"),
+        ("plate_with_stop.toml", {"name": "x"}, InputError, "must belong to a subcircuit"),
         ("paper_figure3.toml", {}, InputError, "must be a device"),
         ("two_modes_with_stop.toml", {}, CannotServeError, "one mode"),
         ("bimorph_board.toml", {}, CannotServeError, "another netlist"),

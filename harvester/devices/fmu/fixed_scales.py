@@ -1,8 +1,9 @@
-"""The numbers of a scene in the scales of another: those of a device whose parameters change while its scales stay.
+"""The numbers of a scene in the scales of another, for parameters that change at fixed scales.
 
-The kernels are nondimensional, and a compiled part keeps the time 1/w0 and the length l of its scene. Where a user of
-the part changes a parameter, such as the mass, w0 and l of the changed scene are others, so that each coefficient is
-brought back: one that has the unit s^-a m^b is worth (w0'/w0)^a (l'/l)^b of what it was.
+The kernels are nondimensional, and a compiled part keeps the time 1/w0 and the length l of its
+scene. If a user of the part changes a parameter, such as the mass, w0 and l of the changed scene
+differ, so that each coefficient is converted: one of the unit s^-a m^b is multiplied by
+(w0'/w0)^a (l'/l)^b.
 """
 
 import dataclasses
@@ -14,7 +15,7 @@ from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
-# The powers a of 1/s and b of m in each coefficient's unit, voltages counted as the lengths Cp v/theta
+# Powers a of 1/s and b of m in each coefficient's unit; voltages count as the lengths Cp v/theta
 EQUATIONS = {
     "linear": (2, 0),
     "alpha2": (2, -1),
@@ -58,7 +59,7 @@ CIRCUIT = {
 
 
 class Units(NamedTuple):
-    """The SI units of what a part takes and reports, at fixed 1/w0 and l."""
+    """The SI units of a part's inputs and outputs, at fixed 1/w0 and l."""
 
     length: float
     speed: float
@@ -91,7 +92,7 @@ def units(problem: Problem, scales: Scales) -> Units:
 
 
 def equations(problem: Problem, scales: Scales) -> Equations:
-    """The equations of a problem in the time and the length of ``scales``; the linear spring is always a number."""
+    """The equations of a problem in other ``scales``; the linear spring is always a number."""
     eqs = dataclasses.replace(problem.equations, linear=problem.equations.spring[0])
     ratios = problem.scales.frequency / scales.frequency, problem.scales.length / scales.length
     changed: dict[str, Any] = {
@@ -105,12 +106,12 @@ def equations(problem: Problem, scales: Scales) -> Equations:
 
 
 def circuit(problem: Problem, scales: Scales) -> IdealCircuit | None:
-    """The load as an ideal circuit in the same scales; None for a resistance, and where it is not known as one."""
-    if problem.netlist is None or problem.circuit is None:
+    """The load as an ideal circuit in the same scales; None for a resistance or another netlist."""
+    if not problem.netlist or not problem.circuit:
         return None
-    found = ideal_circuit(problem.circuit, problem.scales)
+    ideal = ideal_circuit(problem.circuit, problem.scales)
     ratios = problem.scales.frequency / scales.frequency, problem.scales.length / scales.length
-    return None if found is None else _tuple_brought(found, ratios)
+    return _tuple_brought(ideal, ratios) if ideal else None
 
 
 def _tuple_brought(some: Any, ratios: tuple[float, float]) -> Any:

@@ -1,7 +1,8 @@
-"""Objects for other systems of a function that numba has compiled here: LLVM's own code, emitted for each target.
+"""Objects for other systems of a function that numba has compiled here, emitted by LLVM.
 
-The code that numba hands out is optimised for no processor in particular. All of it but the entry is made internal and
-optimised once more: what only Python would use goes with that, and with it what other processors do not have.
+The code of numba is optimised for no processor in particular. All of it but the entry is made
+internal and optimised once more, which removes functions for Python alone, and with them
+instructions that other processors lack.
 """
 
 import re
@@ -12,10 +13,9 @@ import llvmlite.binding as llvm
 
 from harvester.errors import SimulationError
 
-ENTRY = (
-    "harvester_part"  # a name of its own: old C libraries have symbols such as `advance` and `step`
-)
-# What the C library gives
+# a name of its own: old C libraries have symbols such as `advance` and `step`
+ENTRY = "harvester_part"
+# Functions of the C library
 LIBRARY = {
     "acos",
     "atan2",
@@ -40,7 +40,7 @@ binding: Any = llvm
 
 @dataclass(frozen=True)
 class Platform:
-    """A system: the name that users give, LLVM's triple, zig's target, and the folders of FMI 2 and 3."""
+    """A system: its name, LLVM's triple, zig's target, and the folders of FMI 2 and 3."""
 
     name: str
     triple: str
@@ -58,41 +58,52 @@ PLATFORMS = {
     platform.name: platform
     for platform in (
         Platform(
-            "linux-x86_64",
-            "x86_64-unknown-linux-gnu",
-            "x86_64-linux-gnu.2.17",
-            "so",
-            ("linux64", "x86_64-linux"),
+            name="linux-x86_64",
+            triple="x86_64-unknown-linux-gnu",
+            target="x86_64-linux-gnu.2.17",
+            ending="so",
+            folders=("linux64", "x86_64-linux"),
         ),
         Platform(
-            "linux-aarch64",
-            "aarch64-unknown-linux-gnu",
-            "aarch64-linux-gnu.2.17",
-            "so",
-            ("aarch64-linux", "aarch64-linux"),
+            name="linux-aarch64",
+            triple="aarch64-unknown-linux-gnu",
+            target="aarch64-linux-gnu.2.17",
+            ending="so",
+            folders=("aarch64-linux", "aarch64-linux"),
         ),
         Platform(
-            "windows-x86_64",
-            "x86_64-w64-windows-gnu",
-            "x86_64-windows-gnu",
-            "dll",
-            ("win64", "x86_64-windows"),
+            name="windows-x86_64",
+            triple="x86_64-w64-windows-gnu",
+            target="x86_64-windows-gnu",
+            ending="dll",
+            folders=("win64", "x86_64-windows"),
         ),
         Platform(
-            "macos-aarch64",
-            "arm64-apple-darwin",
-            "aarch64-macos",
-            "dylib",
-            ("darwin64", "aarch64-darwin"),
+            name="macos-aarch64",
+            triple="arm64-apple-darwin",
+            target="aarch64-macos",
+            ending="dylib",
+            folders=("darwin64", "aarch64-darwin"),
         ),
     )
 }
+SYSTEMS = {"linux": "linux", "windows": "windows", "darwin": "macos"}
+
+
+def host() -> str | None:
+    """The platform of this machine, by LLVM's triple; None for one that is not in `PLATFORMS`."""
+    triple = str(binding.get_default_triple())
+    processor = triple.partition("-")[0].replace("arm64", "aarch64")
+    for word, system in SYSTEMS.items():
+        if word in triple and f"{system}-{processor}" in PLATFORMS:
+            return f"{system}-{processor}"
+    return None
 
 
 def emitted(code: str, platform: Platform) -> bytes:
     """The object file of LLVM code whose C function becomes `ENTRY`.
 
-    Raises SimulationError for code that needs what is not in the C library.
+    Raises SimulationError for code that needs a function outside the C library.
     """
     binding.initialize_all_targets()
     binding.initialize_all_asmprinters()
@@ -100,7 +111,8 @@ def emitted(code: str, platform: Platform) -> bytes:
         opt=3, reloc="pic", codemodel="default"
     )
     module = binding.parse_assembly(re.sub(r'target (triple|datalayout) = "[^"]*"', "", code))
-    module.triple, module.data_layout = platform.triple, str(machine.target_data)
+    module.triple = platform.triple
+    module.data_layout = str(machine.target_data)
     entries = [function.name for function in module.functions if function.name.startswith("cfunc.")]
     for function in module.functions:
         if not function.is_declaration and function.name not in entries:

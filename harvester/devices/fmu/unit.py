@@ -1,14 +1,14 @@
 """A scene's device as a functional mock-up unit: a part for simulators that import FMI 2.0 or 3.0.
 
-The library inside is made of this package's own kernels, which numba compiles and LLVM emits for each system; no Python
-is in it.  It advances by inner steps, whatever the communication step: without noise and with a resistor from impact to
-impact at sixth order (`harvester.mechanics.part.located`), else on the grid of the package's ensembles
+The library inside is made of this package's own kernels, which numba compiles and LLVM emits for
+each system; it contains no Python.  It advances by inner steps, whatever the communication step:
+without noise and with a resistor from impact to impact at sixth order
+(`harvester.mechanics.part.located`), else on the grid of the package's ensembles
 (`harvester.mechanics.part.gridded`).
 """
 
 import datetime
 import hashlib
-import html
 import io
 import re
 import zipfile
@@ -17,20 +17,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harvester.devices.fmu import parts
-from harvester.devices.fmu.objects import PLATFORMS
+from harvester.devices.fmu.objects import PLATFORMS, host
 from harvester.devices.fmu.variables import Variable, variables
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.errors import invalid, unknown
 from harvester.machine import files
 
-VERSIONS, CIRCUITS = (2, 3), ("inside", "outside")
+VERSIONS = (2, 3)
+CIRCUITS = ("inside", "outside")
 FIRST_DATE = (1980, 1, 1, 0, 0, 0)  # of the files inside: the same scene gives the same bytes
 
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written: the model's name, its variables, the platforms, the inner step (s) and the size (bytes)."""
+    """An FMU as written: name, variables, platforms, inner step (s) and size (bytes)."""
 
     name: str
     variables: list[Variable]
@@ -45,7 +46,7 @@ def export_fmu(
     *,
     circuit: str = "inside",
     fmi: int = 2,
-    platforms: Sequence[str] | None = None,
+    platforms: str | Sequence[str] | None = None,
     seed: int = 0,
     argument: str = "out",
 ) -> Exported:
@@ -58,12 +59,15 @@ def export_fmu(
     out
         the file to write, such as device.fmu.
     circuit
-        "inside": the load is in the FMU, a resistor or an ideal circuit of the package; "outside": the FMU has an
-        electrical port, whose current (A) and load resistance (ohm) are inputs and whose voltage (V) is an output.
+        "inside": the load is in the FMU, a resistor or an ideal circuit of the package; "outside":
+        the FMU has an electrical port, with current (A) and load resistance (ohm) as inputs and
+        the voltage (V) as an output.
     fmi
-        2: FMI 2.0 for co-simulation; 3: FMI 3.0 with event mode, where an impact ends a communication step early.
+        2: FMI 2.0 for co-simulation; 3: FMI 3.0 with event mode, in which an impact ends a
+        communication step early.
     platforms
-        of "linux-x86_64", "linux-aarch64", "windows-x86_64", "macos-aarch64"; None: all.
+        some of "linux-x86_64", "linux-aarch64", "windows-x86_64" and "macos-aarch64", or "all";
+        None: this machine's.
     seed
         draws the record of noise of a tabulated density.
     argument
@@ -78,9 +82,10 @@ def export_fmu(
     MissingProgramError
         without the package ziglang.
     """
-    from harvester.devices.fmu import build
-    from harvester.devices.fmu.description import description, terminals
-    from harvester.devices.fmu.header import header
+    from harvester.devices.fmu.contents import build
+    from harvester.devices.fmu.contents.description import ModelFacts, description, terminals
+    from harvester.devices.fmu.contents.documents import documents
+    from harvester.devices.fmu.contents.header import header
 
     problem = Problem.of(scene).plain
     path, name = _checked(out, argument)
@@ -96,24 +101,23 @@ def export_fmu(
     token = "{" + hashlib.sha256(f"{fmi}{content}{code}".encode()).hexdigest()[:32] + "}"
     content = header(some, part, token, frequency)
     title = problem.scene.title or problem.scene.name
-    when = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    inside: dict[str, bytes] = {
-        "modelDescription.xml": description(some, name, token, fmi, title, step, when).encode()
-    }
-    for platform in chosen:
-        made = build.library(code, content, PLATFORMS[platform], fmi)
-        folder, ending = PLATFORMS[platform].folders[fmi - 2], PLATFORMS[platform].ending
-        inside[f"binaries/{folder}/{name}.{ending}"] = made
+    now = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    model = ModelFacts(name=name, token=token, title=title, step=step, time=now)
+    inside: dict[str, bytes] = {"modelDescription.xml": description(some, model, fmi).encode()}
+    for key in chosen:
+        platform = PLATFORMS[key]
+        file = f"binaries/{platform.folders[fmi - 2]}/{name}.{platform.ending}"
+        inside[file] = build.library(code, content, platform, fmi)
     if fmi == 3:
         inside["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(some).encode()
-    inside |= _documents(title, some, step)
+    inside |= documents(title, some, step)
     data = _zipped(inside)
     files.write(path, data, argument)
     return Exported(name, some, chosen, step, len(data))
 
 
 def _checked(out: str | Path, argument: str) -> tuple[Path, str]:
-    """The file to write, and the name of the model; InputError for a file that is none."""
+    """The file to write, and the name of the model; InputError for another kind of file."""
     path = Path(out)
     if path.suffix != ".fmu" or path.is_dir():
         raise invalid(f"`{argument}`", "be a file that ends in .fmu, such as device.fmu", str(out))
@@ -121,50 +125,32 @@ def _checked(out: str | Path, argument: str) -> tuple[Path, str]:
     return path, name if re.match(r"[A-Za-z]", name) else f"device_{name}"
 
 
-def _options(circuit: str, fmi: int, platforms: Sequence[str] | None) -> list[str]:
+def _options(circuit: str, fmi: int, platforms: str | Sequence[str] | None) -> list[str]:
     """The platforms; InputError for an option that is unknown."""
     if circuit not in CIRCUITS:
         raise invalid("`circuit`", f"be {' or '.join(CIRCUITS)}", circuit)
     if fmi not in VERSIONS:
         raise invalid("`fmi`", "be 2 or 3", fmi)
-    chosen = list(dict.fromkeys(PLATFORMS if platforms is None else platforms))
+    if platforms is None:
+        platforms = [host() or "of this machine"]
+    elif isinstance(platforms, str):
+        platforms = platforms.split(",")
+    chosen = dict.fromkeys(platform.strip() for platform in platforms)
+    if "all" in chosen:
+        chosen = dict.fromkeys(PLATFORMS)
     for platform in chosen:
         if platform not in PLATFORMS:
-            raise unknown("platform", platform, list(PLATFORMS))
+            raise unknown("platform", platform, [*PLATFORMS, "all"])
     if not chosen:
         raise invalid("`platforms`", f"be one at least of {', '.join(PLATFORMS)}", "none")
-    return chosen
+    return list(chosen)
 
 
-def _compiled(part: parts.Part) -> str:
+def _compiled(part: parts.CompiledPart) -> str:
     """The LLVM code of a part."""
     from harvester.mechanics.part.entry import entry
 
     return str(entry(part.plan).inspect_llvm())
-
-
-def _documents(title: str, some: list[Variable], step: float) -> dict[str, bytes]:
-    """The page and the note of the licence that are inside."""
-    rows = "\n".join(
-        f"<tr><td>{html.escape(v.name)}</td><td>{html.escape(v.unit)}</td><td>{html.escape(v.meaning)}</td></tr>"
-        for v in some
-    )
-    page = (
-        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title></head><body>'
-        f"<h1>{html.escape(title)}</h1><p>A vibro-impact piezoelectric energy harvester, made by harvester. "
-        f"The inner step is {step:.6g} s; the communication step may be any. The inputs are held over a step.</p>"
-        f"<table><tr><th>variable</th><th>unit</th><th>meaning</th></tr>{rows}</table></body></html>\n"
-    )
-    licence = (
-        "This FMU contains machine code of the package harvester, which is under the GNU General Public License, "
-        "version 3 or later (SPDX: GPL-3.0-or-later): whoever passes it on must offer the source of that package and "
-        "of this device under the same licence. The C library and the compiler's runtime, of which parts may be "
-        "linked, have licences of their own that permit it.\n"
-    )
-    return {
-        "documentation/index.html": page.encode(),
-        "documentation/licenses/license.txt": licence.encode(),
-    }
 
 
 def _zipped(inside: dict[str, bytes]) -> bytes:

@@ -1,57 +1,63 @@
-"""The variables of an FMU: the scene's numbers as parameters, inputs, and outputs, each with its unit and range."""
+"""The variables of an FMU: parameters, inputs and outputs, each with its unit and range."""
 
 import math
 from dataclasses import dataclass, field
 
 from harvester.devices.fmu import parts
-from harvester.devices.fmu.parts import Part
+from harvester.devices.fmu.parts import CompiledPart
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
-from harvester.mechanics.part.state import OUT
+from harvester.mechanics.part.part_state import OUT
 from harvester.scene.keys import key_kind, unit_of
 
 PARAMETER, TUNABLE, INPUT, OUTPUT, TIME = range(5)
 LARGEST = 1e30
-SMALLER = (0.9, 0.8)  # times a parameter: what its numbers do tells their powers of it
+SMALLER = (0.9, 0.8)  # times a parameter, at which the powers of it are measured
 SURE = 1e-6  # of a power
 MOST_SEED = 2**31 - 1
-# Outputs: name, place in what the part reports, unit of the part, SI unit, meaning
+# Outputs: name, index in the part's report, unit of the part, SI unit, meaning
 OUTPUTS = (
-    ("displacement", OUT.DISPLACEMENT, "length", "m", "of the mass from the base"),
-    ("velocity", OUT.VELOCITY, "speed", "m/s", "of the mass from the base"),
-    ("voltage", OUT.VOLTAGE, "volts", "V", "of the piezo"),
-    ("power", OUT.POWER, "watts", "W", "in the load resistance"),
-    ("load_current", OUT.CURRENT, "amperes", "A", "through the load resistance"),
+    ("displacement", OUT.DISPLACEMENT, "length", "m", "displacement of the mass from the base"),
+    ("velocity", OUT.VELOCITY, "speed", "m/s", "velocity of the mass from the base"),
+    ("voltage", OUT.VOLTAGE, "volts", "V", "voltage of the piezo"),
+    ("power", OUT.POWER, "watts", "W", "power in the load resistance"),
+    ("load_current", OUT.CURRENT, "amperes", "A", "current through the load resistance"),
     ("impacts", OUT.IMPACTS, "", "1", "number of impacts so far"),
-    ("impact_time", OUT.IMPACT_TIME, "seconds", "s", "of the last impact"),
+    ("impact_time", OUT.IMPACT_TIME, "seconds", "s", "time of the last impact"),
     (
         "impact_speed",
         OUT.IMPACT_SPEED,
         "speed",
         "m/s",
-        "before the last impact; negative at the opposite stop",
+        "speed before the last impact; negative at the opposite stop",
     ),
-    ("base_force", OUT.FORCE, "newtons", "N", "on the base, without impacts"),
+    ("base_force", OUT.FORCE, "newtons", "N", "force on the base, without impacts"),
     (
         "base_impulse",
         OUT.IMPULSE,
         "impulse",
         "N.s",
-        "of all impacts on the mass; minus that on the base",
+        "impulse of all impacts on the mass; minus that on the base",
     ),
-    ("input_energy", OUT.WORK, "joules", "J", "from the shaking so far, relative to the base"),
-    ("load_energy", OUT.LOAD, "joules", "J", "out of the piezo through its load so far"),
-    ("damping_energy", OUT.DAMPING, "joules", "J", "lost in the damping so far"),
-    ("impact_energy", OUT.LOST, "joules", "J", "lost in impacts so far"),
-    ("stored_energy", OUT.STORED, "joules", "J", "in mass, springs and capacitances"),
-    ("store_voltage", OUT.STORE, "volts", "V", "of the circuit's capacitor"),
+    (
+        "input_energy",
+        OUT.WORK,
+        "joules",
+        "J",
+        "energy from the shaking so far, relative to the base",
+    ),
+    ("load_energy", OUT.LOAD, "joules", "J", "energy out of the piezo through its load so far"),
+    ("damping_energy", OUT.DAMPING, "joules", "J", "energy lost in the damping so far"),
+    ("impact_energy", OUT.LOST, "joules", "J", "energy lost in impacts so far"),
+    ("stored_energy", OUT.STORED, "joules", "J", "energy in mass, springs and capacitances"),
+    ("store_voltage", OUT.STORE, "volts", "V", "voltage of the circuit's capacitor"),
 )
 OF_STOPS = ("impacts", "impact_time", "impact_speed", "base_impulse", "impact_energy")
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of the FMU; ``powers`` are those of it in the part's numbers, by their places."""
+    """A variable of the FMU; ``powers`` are its exponents in the part's numbers, by index."""
 
     name: str
     kind: int
@@ -66,83 +72,96 @@ class Variable:
     powers: dict[int, float] = field(default_factory=dict)
 
 
-def variables(problem: Problem, part: Part, outside: bool) -> list[Variable]:
-    """All variables of a part; a variable's place is its value reference."""
+def variables(problem: Problem, part: CompiledPart, outside: bool) -> list[Variable]:
+    """All variables of a part; a variable's index is its value reference."""
     eqs = problem.equations
-    found = [Variable("time", TIME, "s", "the time")]
-    found.append(
-        Variable("base_acceleration", INPUT, "m/s2", "of the base, beside what the scene has")
+    listed = [Variable("time", TIME, "s", "simulated time")]
+    listed.append(
+        Variable(
+            "base_acceleration",
+            INPUT,
+            "m/s2",
+            "acceleration of the base, in addition to the scene's excitation",
+        )
     )
     if outside:
-        found += _electrodes(problem, part)
-    found += [*_parameters(problem, part, outside), *_starts(problem, part)]
+        listed += _electrodes(problem, part)
+    listed += [*_parameters(problem, part, outside), *_starts(problem, part)]
     if eqs.has_new_noise:
-        found.append(
-            Variable("seed", PARAMETER, "1", "of the noise", 0.0, 0.0, MOST_SEED, integer=True)
+        listed.append(
+            Variable(
+                "seed", PARAMETER, "1", "seed of the noise", least=0.0, most=MOST_SEED, integer=True
+            )
         )
-    for name, place, unit, si, meaning in OUTPUTS:
+    for name, index, unit, si, meaning in OUTPUTS:
         if (name in OF_STOPS and not eqs.has_stop) or (
             name == "store_voltage" and not part.plan.circuit
         ):
             continue
-        found.append(
+        listed.append(
             Variable(
                 name,
                 OUTPUT,
                 si,
                 meaning,
-                output=int(place),
+                output=int(index),
                 of_part=unit,
                 integer=name == "impacts",
             )
         )
-    return found
+    return listed
 
 
-def _electrodes(problem: Problem, part: Part) -> list[Variable]:
+def _electrodes(problem: Problem, part: CompiledPart) -> list[Variable]:
     """The inputs of an electrical port."""
     start = parts.OPEN_LOAD
     if problem.scene.load is not None and problem.scene.load.resistance:
         start = problem.scene.load.resistance
     powers = {k: -1.0 for k, name in enumerate(part.names) if name in ("c.mu", "quiet.mu")}
     return [
-        Variable("current", INPUT, "A", "out of the piezo's electrode p"),
+        Variable("current", INPUT, "A", "current out of the piezo's electrode p"),
         Variable(
-            "load_resistance", INPUT, "Ohm", "across the electrodes, beside the current", start, 1e-3, 1e15,
+            "load_resistance",
+            INPUT,
+            "Ohm",
+            "resistance across the electrodes, parallel to the current",
+            start=start,
+            least=1e-3,
+            most=1e15,
             powers=powers,
         ),
-    ]  # fmt: skip
-
-
-def _starts(problem: Problem, part: Part) -> list[Variable]:
-    """The parameters of the first state."""
-    place = problem.equations.resting_places
-    start = place[0] * problem.scales.length if place else 0.0
-    found = [
-        Variable("initial.displacement", PARAMETER, "m", "at the beginning", start),
-        Variable("initial.velocity", PARAMETER, "m/s", "at the beginning"),
-        Variable("initial.voltage", PARAMETER, "V", "of the piezo at the beginning"),
     ]
-    if part.plan.circuit is not None:
-        found.append(
+
+
+def _starts(problem: Problem, part: CompiledPart) -> list[Variable]:
+    """The parameters of the first state."""
+    rest = problem.equations.resting_places
+    start = rest[0] * problem.scales.length if rest else 0.0
+    starts = [
+        Variable("initial.displacement", PARAMETER, "m", "initial displacement", start),
+        Variable("initial.velocity", PARAMETER, "m/s", "initial velocity"),
+        Variable("initial.voltage", PARAMETER, "V", "initial voltage of the piezo"),
+    ]
+    if part.plan.circuit:
+        starts.append(
             Variable(
                 "initial.store_voltage",
                 PARAMETER,
                 "V",
-                "of the circuit's capacitor at the beginning",
+                "initial voltage of the circuit's capacitor",
                 0.0,
                 0.0,
             )
         )
-    return found
+    return starts
 
 
-def _parameters(problem: Problem, part: Part, outside: bool) -> list[Variable]:
-    """The scene's keys whose numbers are powers in all numbers of the part; the others are fixed in it.
+def _parameters(problem: Problem, part: CompiledPart, outside: bool) -> list[Variable]:
+    """The scene's keys of which all numbers of the part are powers; the others are fixed in it.
 
     The powers are measured on the package's own conversion of a scene, at two smaller values.
     """
-    found = []
+    parameters = []
     for table, name, value in problem.scene.values():
         keys = [(name, value)]
         if name == "parameters":
@@ -156,8 +175,8 @@ def _parameters(problem: Problem, part: Part, outside: bool) -> list[Variable]:
                 continue
             kind = key_kind(table, key) if not key.startswith("parameters.") else None
             tunable = f"{table}.{key}" in ("load.resistance", "load.parameters.R")
-            found.append(_parameter(f"{table}.{key}", number, kind, powers, tunable))
-    return found
+            parameters.append(_parameter(f"{table}.{key}", number, kind, powers, tunable))
+    return parameters
 
 
 def _parameter(
@@ -178,19 +197,19 @@ def _parameter(
         key,
         TUNABLE if tunable else PARAMETER,
         unit,
-        "of the scene",
-        start,
-        least,
-        most,
+        "scene key",
+        start=start,
+        least=least,
+        most=most,
         powers=powers,
     )
 
 
 def _powers(
-    problem: Problem, part: Part, key: str, value: float, outside: bool
+    problem: Problem, part: CompiledPart, key: str, value: float, outside: bool
 ) -> dict[int, float] | None:
-    """The powers of a key in the numbers of a part; None if it is in none, or if one is no power of it."""
-    found = []
+    """The powers of a key in the numbers of a part; None without any, or for another law."""
+    measured = []
     for factor in SMALLER:
         try:
             changed = Problem(problem.scene.varied({key: value * factor}))
@@ -199,9 +218,9 @@ def _powers(
             return None
         if numbers is None:
             return None
-        found.append([_power(a, b, factor) for a, b in zip(numbers, part.values, strict=True)])
+        measured.append([_power(a, b, factor) for a, b in zip(numbers, part.values, strict=True)])
     powers = {}
-    for k, (first, second) in enumerate(zip(*found, strict=True)):
+    for k, (first, second) in enumerate(zip(*measured, strict=True)):
         if first is None or second is None or abs(first - second) > SURE:
             return None
         exact = round(2.0 * first) / 2.0
@@ -213,7 +232,7 @@ def _powers(
 
 
 def _power(number: float, before: float, factor: float) -> float | None:
-    """The power of a factor in what a number has become; None if it is none."""
+    """The exponent of a factor in a changed number; None for another law."""
     if before == number:
         return 0.0
     if before == 0.0 or number / before <= 0.0:

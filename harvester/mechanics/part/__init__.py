@@ -1,1 +1,1 @@
-"""A device that is advanced from time to time by others: the kernels of an FMU, made of the package's own steps."""
+"""Kernels of an FMU, a device that an importer advances, made of the package's own steps."""

@@ -1,4 +1,4 @@
-"""A NamedTuple of numbers read from plain memory: what a C program hands to a compiled step."""
+"""A NamedTuple of numbers read from plain memory, which a C program hands to a compiled step."""
 
 from typing import Any
 
@@ -15,52 +15,49 @@ def count(template: Any) -> int:
 
 
 def names(template: Any, before: str = "") -> list[str]:
-    """The names of a template's floats in the order in which they are read, such as ``parallel.kept``."""
-    found = []
+    """The names of a template's floats in their order in memory, such as ``parallel.kept``."""
+    labels = []
     for name, value in zip(template._fields, template, strict=True):
         if isinstance(value, tuple):
-            found += names(value, f"{before}{name}.")
+            labels += names(value, f"{before}{name}.")
         elif isinstance(value, float):
-            found.append(before + name)
-    return found
+            labels.append(before + name)
+    return labels
 
 
 def values(template: Any) -> list[float]:
-    """The numbers of a template in the order in which they are read."""
-    found = []
+    """The numbers of a template in their order in memory."""
+    numbers = []
     for value in template:
-        found += (
-            values(value)
-            if isinstance(value, tuple)
-            else [value]
-            if isinstance(value, float)
-            else []
-        )
-    return found
+        if isinstance(value, tuple):
+            numbers += values(value)
+        elif isinstance(value, float):
+            numbers.append(value)
+    return numbers
 
 
 @intrinsic
 def read_numbers(typingctx, template, pointer, first):
-    """A NamedTuple of the type of the template, its floats read from a pointer to floats, from the ``first`` on.
+    """A NamedTuple like the template, its floats read from a pointer, from the ``first`` on.
 
-    What is None stays None, and what is True stays True.
+    Values of other types, such as None and True, stay.
     """
 
     def codegen(context, builder, signature, args):
-        place = 0
+        index = 0
 
         def made(kind, given):
-            nonlocal place
+            nonlocal index
             parts = []
             for k, part in enumerate(kind.types if isinstance(kind, types.NamedTuple) else kind):
                 if isinstance(part, TUPLES):
                     parts.append(made(part, builder.extract_value(given, k)))
                 elif isinstance(part, types.Float):
                     at = builder.gep(
-                        args[1], [builder.add(args[2], ir.Constant(ir.IntType(64), place))]
+                        args[1], [builder.add(args[2], ir.Constant(ir.IntType(64), index))]
                     )
                     parts.append(builder.load(at))
-                    place += 1
+                    index += 1
                 else:
                     parts.append(builder.extract_value(given, k))
             return context.make_tuple(builder, kind, parts)

@@ -1,13 +1,13 @@
 """The description of an FMU's variables in XML, as FMI 2.0 and 3.0 have it, and its terminals."""
 
 import re
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree import ElementTree as Xml
 
 from harvester import __version__
 from harvester.devices.fmu.variables import INPUT, OUTPUT, PARAMETER, TIME, TUNABLE, Variable
 
-# The powers of SI's base units in each unit that variables have
+# The powers of SI's base units in each unit of the variables
 BASE_UNITS = {
     "s": {"s": 1},
     "m": {"m": 1},
@@ -48,18 +48,26 @@ PORTS = {
 TOOL = f"harvester {__version__}"
 
 
-def description(
-    variables: list[Variable], name: str, token: str, fmi: int, title: str, step: float, when: str
-) -> str:
-    """The file modelDescription.xml of an FMU of version ``fmi``; ``step`` (s) is the inner step, ``when`` its date."""
+class ModelFacts(NamedTuple):
+    """A model's name, its token, a title, its inner step (s) and the time at which it was made."""
+
+    name: str
+    token: str
+    title: str
+    step: float
+    time: str
+
+
+def description(variables: list[Variable], model: ModelFacts, fmi: int) -> str:
+    """The file modelDescription.xml of an FMU of version ``fmi``."""
     made = _of_3 if fmi == 3 else _of_2
-    root = made(variables, name, token, title, step)
-    root.set("generationDateAndTime", when)
+    root = made(variables, model)
+    root.set("generationDateAndTime", model.time)
     return _text(root)
 
 
 def terminals(variables: list[Variable]) -> str:
-    """The file terminalsAndIcons.xml of FMI 3: the base as a mechanical port, the electrodes as an electrical one."""
+    """The file terminalsAndIcons.xml of FMI 3: the base and the electrodes as ports."""
     root = Xml.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     every = Xml.SubElement(root, "Terminals")
     names = {variable.name for variable in variables}
@@ -79,13 +87,13 @@ def _text(root: Xml.Element) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + Xml.tostring(root, "unicode") + "\n"
 
 
-def _root(version: str, name: str, title: str, **more: str) -> Xml.Element:
+def _root(version: str, model: ModelFacts, **more: str) -> Xml.Element:
     return Xml.Element(
         "fmiModelDescription",
         more,
         fmiVersion=version,
-        modelName=name,
-        description=re.sub(r"[^ -~]", " ", title),
+        modelName=model.name,
+        description=re.sub(r"[^ -~]", " ", model.title),
         generationTool=TOOL,
         variableNamingConvention="structured",
         license="GPL-3.0-or-later",
@@ -93,7 +101,7 @@ def _root(version: str, name: str, title: str, **more: str) -> Xml.Element:
 
 
 def _units(root: Xml.Element, variables: list[Variable]) -> None:
-    """The definitions of the units that variables have."""
+    """The definitions of the variables' units."""
     every = Xml.SubElement(root, "UnitDefinitions")
     for unit in sorted({variable.unit for variable in variables} & set(BASE_UNITS)):
         powers = {base: str(power) for base, power in BASE_UNITS[unit].items()}
@@ -106,14 +114,14 @@ def _number(value: float, variable: Variable) -> str:
 
 def _numbers(variable: Variable) -> dict[str, str]:
     """Unit, range and start of a variable, as attributes."""
-    found = {}
+    attributes = {}
     if variable.unit in BASE_UNITS and not variable.integer:
-        found["unit"] = variable.unit
+        attributes["unit"] = variable.unit
     if variable.kind in (PARAMETER, TUNABLE, INPUT):
-        found["min"] = _number(variable.least, variable)
-        found["max"] = _number(variable.most, variable)
-        found["start"] = _number(variable.start, variable)
-    return found
+        attributes["min"] = _number(variable.least, variable)
+        attributes["max"] = _number(variable.most, variable)
+        attributes["start"] = _number(variable.start, variable)
+    return attributes
 
 
 def _attributes(variable: Variable, reference: int) -> dict[str, str]:
@@ -129,12 +137,12 @@ def _attributes(variable: Variable, reference: int) -> dict[str, str]:
     }
 
 
-def _of_2(variables: list[Variable], name: str, token: str, title: str, step: float) -> Xml.Element:
-    root = _root("2.0", name, title, guid=token, numberOfEventIndicators="0")
+def _of_2(variables: list[Variable], model: ModelFacts) -> Xml.Element:
+    root = _root("2.0", model, guid=model.token, numberOfEventIndicators="0")
     Xml.SubElement(
         root,
         "CoSimulation",
-        modelIdentifier=name,
+        modelIdentifier=model.name,
         canHandleVariableCommunicationStepSize="true",
         canInterpolateInputs="true",
         canGetAndSetFMUstate="true",
@@ -144,7 +152,7 @@ def _of_2(variables: list[Variable], name: str, token: str, title: str, step: fl
     _units(root, variables)
     categories = Xml.SubElement(root, "LogCategories")
     Xml.SubElement(categories, "Category", name="logStatusError")
-    Xml.SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(step))
+    Xml.SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(model.step))
     every = Xml.SubElement(root, "ModelVariables")
     outputs = []
     for reference, variable in enumerate(variables):
@@ -163,12 +171,12 @@ def _of_2(variables: list[Variable], name: str, token: str, title: str, step: fl
     return root
 
 
-def _of_3(variables: list[Variable], name: str, token: str, title: str, step: float) -> Xml.Element:
-    root = _root("3.0", name, title, instantiationToken=token)
+def _of_3(variables: list[Variable], model: ModelFacts) -> Xml.Element:
+    root = _root("3.0", model, instantiationToken=model.token)
     Xml.SubElement(
         root,
         "CoSimulation",
-        modelIdentifier=name,
+        modelIdentifier=model.name,
         canGetAndSetFMUState="true",
         canSerializeFMUState="true",
         canHandleVariableCommunicationStepSize="true",
@@ -179,7 +187,7 @@ def _of_3(variables: list[Variable], name: str, token: str, title: str, step: fl
     _units(root, variables)
     categories = Xml.SubElement(root, "LogCategories")
     Xml.SubElement(categories, "Category", name="logStatusError")
-    Xml.SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(step))
+    Xml.SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(model.step))
     every = Xml.SubElement(root, "ModelVariables")
     outputs = []
     for reference, variable in enumerate(variables):
@@ -192,6 +200,6 @@ def _of_3(variables: list[Variable], name: str, token: str, title: str, step: fl
         Xml.SubElement(every, "Int32" if variable.integer else "Float64", attributes)
     structure = Xml.SubElement(root, "ModelStructure")
     for part in ("Output", "InitialUnknown"):
-        for place in outputs:
-            Xml.SubElement(structure, part, valueReference=place)
+        for reference_text in outputs:
+            Xml.SubElement(structure, part, valueReference=reference_text)
     return root

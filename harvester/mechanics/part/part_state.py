@@ -1,18 +1,20 @@
-"""The state of a device that is advanced from outside, as an array of floats, and what it reports."""
+"""The state of a device that is advanced from outside, as an array of floats, and its report."""
 
 import math
 from enum import IntEnum
+from typing import NamedTuple
 
 from harvester.mechanics.kernels.coefficients import Coefficients, State
-from harvester.mechanics.kernels.compiled import inlined
+from harvester.mechanics.kernels.compiled import inlined, version_of
+from harvester.mechanics.kernels.driver import IdealLoad
 from harvester.mechanics.kernels.equation_of_motion import kick, spring
 from harvester.mechanics.kernels.offset_stops import lower_stop
-from harvester.mechanics.part.forces import Motion, acceleration
+from harvester.mechanics.part.outside_forces import PartMotion, acceleration
 
 BEGIN, ADVANCE, STOPPING, JUMP, READ = range(5)
 DONE, EVENT, FAILED = range(3)
 SLACK = 1e-9  # of a step, by which a time may miss a point of the grid
-SHORT_KICK = 1e-6  # the length of a kick that tells the force
+SHORT_KICK = 1e-6  # the length of a kick that measures the force
 
 
 class W(IntEnum):
@@ -33,7 +35,7 @@ class W(IntEnum):
     HIT_TIME = 12
     HIT_SPEED = 13
     PENDING = 14
-    KICKS = 15
+    STEPS = 15
     BEGUN = 16
     NOW = 17
     P = 18
@@ -44,7 +46,7 @@ class W(IntEnum):
 
 
 class OUT(IntEnum):
-    """Places of what `READ` reports, nondimensional."""
+    """Places of the report of `READ`, nondimensional."""
 
     DISPLACEMENT = 0
     VELOCITY = 1
@@ -83,22 +85,41 @@ def potential(x, c):
 
 @inlined
 def with_pulls(c):
-    """The coefficients with what the spring does at the stops, where that is used."""
-    pull, high = None, None
+    """The coefficients with the spring's accelerations at the stops, if those are used."""
+    pull = None
+    high = None
     if c.gap is not None:
         pull = spring(0.0 - c.gap, c)
     if c.high is not None:
         high = -spring(c.high, c)
     return Coefficients(
-        c.mu, c.r, c.alpha, c.beta, c.c1, c.c2, c.c3, c.cv, c.n1, c.n2, c.n12, c.linear, c.alpha2, c.gap, pull, c.high,
-        c.r_high, high, c.k, c.c,
-    )  # fmt: skip
+        mu=c.mu,
+        r=c.r,
+        alpha=c.alpha,
+        beta=c.beta,
+        c1=c.c1,
+        c2=c.c2,
+        c3=c.c3,
+        cv=c.cv,
+        n1=c.n1,
+        n2=c.n2,
+        n12=c.n12,
+        linear=c.linear,
+        alpha2=c.alpha2,
+        gap=c.gap,
+        pull=pull,
+        high=c.high,
+        r_high=c.r_high,
+        pull_high=high,
+        k=c.k,
+        c=c.c,
+    )
 
 
 @inlined
 def loaded(w):
     """The motion of a state."""
-    return Motion(w[0], w[1], w[2], w[3], w[4], w[5], w[6])
+    return PartMotion(x=w[0], v=w[1], V=w[2], t=w[3], work=w[4], load=w[5], damping=w[6])
 
 
 @inlined
@@ -108,33 +129,45 @@ def kept(w, m):
     return math.isfinite(m.x) and math.isfinite(m.v) and math.isfinite(m.V)
 
 
-@inlined
-def shown_energy(m, U, c, circuit):
-    """What is stored: kinetic energy, springs, the piezo, and the circuit's capacitor."""
-    energy = 0.5 * m.v * m.v + potential(m.x, c)
-    if c.beta is not None:
-        energy += 0.5 * c.beta * m.V * m.V
-        if circuit is not None:
-            energy += 0.5 * c.beta * circuit.kappa * U * U
-    return energy
+class DrawnLoad(NamedTuple):
+    """The voltage U at the load resistance, mu = 1/(R Cp w0), and the capacitance over Cp."""
+
+    U: float
+    mu: float
+    kappa: float
+
+
+def load_of(m, c, load):
+    """The `DrawnLoad` that a motion has now."""
+
+
+@version_of(load_of, load=None)
+def _resistor(m, c, load):
+    if c.mu is None:
+        return DrawnLoad(m.V, 0.0, 0.0)
+    return DrawnLoad(m.V, c.mu, 0.0)
+
+
+@version_of(load_of, load=IdealLoad)
+def _ideal(m, c, load):
+    return DrawnLoad(load.store.U, load.circuit.mu, load.circuit.kappa)
 
 
 @inlined
-def report(out, m, U, quiet, c, circuit, outside, record):
-    """Fill what follows from a motion alone.
+def report(out, m, quiet, c, load, outside):
+    """Fill the report as far as a motion and its load determine it.
 
-    The force on the base is minus the mass times its acceleration, that of a mass at rest on a stop included.
+    The force on the base is minus the mass times its acceleration, also at rest on a stop.
     """
-    at_load, mu = m.V, 0.0
-    if circuit is not None:
-        at_load, mu = U, circuit.mu
-    elif c.mu is not None:
-        mu = c.mu
+    drawn = load_of(m, c, load)
     beta = 0.0 if c.beta is None else c.beta
-    current = mu * at_load
-    out[0], out[1], out[2], out[3] = m.x, m.v, m.V, current
-    out[4] = beta * current * at_load
-    a = acceleration(m.t, outside, record)
+    current = drawn.mu * drawn.U
+    out[0] = m.x
+    out[1] = m.v
+    out[2] = m.V
+    out[3] = current
+    out[4] = beta * current * drawn.U
+    a = acceleration(m.t, outside)
     inner = (kick(State(m.x, m.v, m.V), 0.0, SHORT_KICK, quiet) - m.v) / SHORT_KICK
     if c.k is not None and m.x + c.gap < 0.0:
         inner -= c.k * (m.x + c.gap) + c.c * m.v
@@ -144,6 +177,10 @@ def report(out, m, U, quiet, c, circuit, outside, record):
     if c.high is not None:
         on_stop = on_stop or (m.v == 0.0 and m.x == c.high)
     out[8] = -a if on_stop else -inner
-    out[10], out[11], out[12] = m.work, beta * m.load, m.damping
-    out[14], out[15] = shown_energy(m, U, c, circuit), U
+    out[10] = m.work
+    out[11] = beta * m.load
+    out[12] = m.damping
+    electrical = 0.5 * beta * (m.V * m.V + drawn.kappa * drawn.U * drawn.U)
+    out[14] = 0.5 * m.v * m.v + potential(m.x, c) + electrical
+    out[15] = drawn.U
     return 0

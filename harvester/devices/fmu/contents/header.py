@@ -1,13 +1,14 @@
-"""The header of an FMU's C program: the tables of its variables and of the numbers of its compiled part."""
+"""The header of an FMU's C program: tables of its variables and of its part's numbers."""
 
 import math
 
-from harvester.devices.fmu.parts import Part
+from harvester.devices.fmu.fixed_scales import Units
+from harvester.devices.fmu.parts import CompiledPart
 from harvester.devices.fmu.variables import Variable
-from harvester.mechanics.part.state import OUT, W
+from harvester.mechanics.part.part_state import OUT, W
 
 KINDS = ("PARAMETER", "TUNABLE", "INPUT", "OUTPUT", "TIME")
-# Variables and numbers that the program knows by name; -1 where a device has them not
+# Variables and numbers that the program knows by name; -1 if a device lacks them
 NAMED = {
     "V_BASE": "base_acceleration",
     "V_CURRENT": "current",
@@ -22,28 +23,23 @@ NUMBERS = {
     "N_SLOPE": "outside.slope",
     "N_SINCE": "outside.since",
     "N_CURRENT": "outside.current",
-    "N_LOW": "walls.low",
-    "N_HIGH": "walls.high",
-    "N_LENGTH": "length",
-    "N_SPEED": "speed",
-    "N_ACCELERATION": "acceleration",
-    "N_VOLTS": "volts",
-    "N_AMPERES": "amperes",
-}
+    "N_LOW": "low.x",
+    "N_HIGH": "high.x",
+} | {f"N_{unit.upper()}": unit for unit in Units._fields}
 
 
-def header(variables: list[Variable], part: Part, token: str, frequency: float) -> str:
+def header(variables: list[Variable], part: CompiledPart, token: str, frequency: float) -> str:
     """The text of model.h; ``frequency`` is w0 (rad/s), whose inverse is the part's time."""
     lines = [f'#define TOKEN "{token}"', f"#define FREQUENCY {frequency!r}"]
     lines += [f"#define VARIABLES {len(variables)}", f"#define NUMBERS {len(part.values)}"]
     lines += [f"#define STATE_SIZE {int(W.SIZE)}", f"#define OUT_SIZE {int(OUT.SIZE)}"]
     lines += [f"#define LOCATED {int(part.plan.located)}"]
-    for place in ("X", "SPEED", "VOLTAGE", "STORE", "FOLLOWER", "TIME", "NOW", "PENDING"):
-        lines.append(f"#define W_{place} {int(W[place])}")
-    lines += [f"#define OUT_{place} {int(OUT[place])}" for place in ("IMPACTS", "IMPACT_TIME")]
+    for name in ("X", "SPEED", "VOLTAGE", "STORE", "FOLLOWER", "TIME", "NOW", "PENDING"):
+        lines.append(f"#define W_{name} {int(W[name])}")
+    lines += [f"#define OUT_{name} {int(OUT[name])}" for name in ("IMPACTS", "IMPACT_TIME")]
     names = [variable.name for variable in variables]
-    lines += [f"#define {key} {_place(names, name)}" for key, name in NAMED.items()]
-    lines += [f"#define {key} {_place(part.names, name)}" for key, name in NUMBERS.items()]
+    lines += [f"#define {key} {_index(names, name)}" for key, name in NAMED.items()]
+    lines += [f"#define {key} {_index(part.names, name)}" for key, name in NUMBERS.items()]
     lines.append("static const double BASE[NUMBERS] = {")
     lines += [
         f"    {_c(value)}, /* {name} */"
@@ -61,15 +57,16 @@ def header(variables: list[Variable], part: Part, token: str, frequency: float) 
     return "\n".join([*lines, *terms, "    {0, 0, 0.0},", "};", ""])
 
 
-def _row(variable: Variable, part: Part) -> str:
+def _row(variable: Variable, part: CompiledPart) -> str:
     """A variable as C writes it."""
     unit = part.names.index(variable.of_part) if variable.of_part else -1
     kind = "INTEGER" if variable.integer else "FLOAT"
     numbers = ", ".join(map(_c, (variable.start, variable.least, variable.most)))
-    return f'{{"{variable.name}", {KINDS[variable.kind]}, {kind}, {numbers}, {variable.output}, {unit}}}'
+    kinds = f"{KINDS[variable.kind]}, {kind}"
+    return f'{{"{variable.name}", {kinds}, {numbers}, {variable.output}, {unit}}}'
 
 
-def _place(names: list[str], name: str) -> int:
+def _index(names: list[str], name: str) -> int:
     return names.index(name) if name in names else -1
 
 

@@ -1,4 +1,4 @@
-"""Libraries of an FMU for several systems, linked on one machine by the C compiler of the package ziglang."""
+"""Libraries of an FMU for several systems, linked on one machine by the C compiler of ziglang."""
 
 import importlib.util
 import os
@@ -11,7 +11,7 @@ from harvester.devices.fmu.objects import Platform, emitted
 from harvester.errors import MissingProgramError, SimulationError
 from harvester.machine import folders
 
-SOURCES = Path(__file__).parent
+SOURCES = Path(__file__).parents[1]
 LONGEST = 600.0  # s, for one library: the first one of a system builds that system's C library too
 REMEDY = "python -m pip install 'piezo-harvester[fmu]'"
 
@@ -27,7 +27,7 @@ def check_compiler() -> None:
 def library(code: str, header: str, platform: Platform, fmi: int) -> bytes:
     """The library of the compiled part and of the interface FMI 2 or 3 for a platform.
 
-    Raises SimulationError where the compiler fails, with its first line.
+    Raises SimulationError if the compiler fails, with its first line.
     """
     with tempfile.TemporaryDirectory(prefix="harvester-fmu-") as name:
         folder = Path(name)
