@@ -50,6 +50,7 @@ SAMPLES = 16  # of the matrix for each length of stages, by which pivots are cho
 EACH = 4
 HELD = 0.7
 FURTHEST = 1e15  # currents of the device, beyond which their rounding is no longer small beside one
+FURTHEST_OF_SOURCE = 1e12  # the same of a function, which no junction limits
 SMALL = 1e-7  # of the device's sizes: what a function may differ from its tangent by
 
 
@@ -96,6 +97,9 @@ class Solver:
             is_voltage = all(i in system.owners for i in two.rows)
             size = 1.0 if is_voltage else 1e-2 / impedance
             self._add(f"{k}", value, slopes, two.rows, writer.argument(SMALL * size))
+            if not is_voltage:
+                furthest = writer.argument(FURTHEST_OF_SOURCE * volts / impedance)
+                self._tests[-1] += f" and abs({value}) <= {furthest}"
         self._write_inputs(writer, impedance)
         solution = self._elimination(
             writer, impedance, [reduction.stage(tau).admittances for tau in taus]

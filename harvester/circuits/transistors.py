@@ -302,6 +302,8 @@ def jfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) ->
     for pin, node in (("d", d), ("s", s)):
         layer = Layer(known(f"cg{pin}") * area, *shape, known("fc", default=0.5))
         add_junction(system, _across(system, g, node, p_type), gate, layer)
+    if channel := _across(system, d, s, p_type):
+        system.add_leak(channel)
     names = {"beta": known("beta", default=1e-4) * area, "half": 1.0, "slope": known("lambda")}
     _add_channel(
         part, system, (d, g, s), p_type, {**names, "vto": known("vto", "vt0", default=-2.0)}, ""
@@ -330,7 +332,6 @@ def _add_channel(
     for name, gate, body in (("forward", "gs", "bs"), ("backward", "gd", "bd")):
         here = {**names, "vg": names[gate], "vb": names.get(body, constant(0.0))}
         names[name] = _tree(f"vg - vto {raised}", here)
-    system.add_leak(row)
     system.functions.append(Function(_tree(_FIELD, names), row))
 
 

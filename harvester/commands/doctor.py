@@ -99,7 +99,7 @@ def examine_netlist(file: str) -> Iterator[str]:
         yield f"{'served ' if not why else 'NOT    '}  {name}{f'  {why}' if why else ''}"
     check_parts(parts.values())
     check_size(parts.values())
-    yield f"{served} of {len(parts)} elements are served by engine 'compiled'; engine 'spice' takes all"
+    yield f"engine 'compiled' takes {served} of {len(parts)} elements; engine 'spice' takes all"
 
 
 def _ngspice() -> Iterator[Requirement]:

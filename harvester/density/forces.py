@@ -10,6 +10,8 @@ def force(eqs: Equations, x: Floats) -> Floats:
     """The acceleration by the spring, and by a compliant stop while in contact, at v = 0 and without voltage."""
     linear, alpha2, alpha = eqs.spring
     total = -x * (linear + x * (alpha2 + x * alpha))
+    if eqs.softening is not None:
+        total += eqs.softening * x * np.abs(x)
     if eqs.stop_stiffness is not None:
         total -= eqs.stop_stiffness * np.minimum(x + (eqs.gap or 0.0), 0.0)
     if eqs.mu is None and eqs.beta is not None:

@@ -146,7 +146,7 @@ class Density(Request, Engine):
         share, parts = answer.share, answer.parts
         uncounted = accumulation(eqs)
         diagnostics = [exists.warning, note("density_solved"), uncounted]
-        if eqs.mu is None:
+        if eqs.load is None:
             diagnostics.append(warning("open_circuit"))
         if within is not None and share > within:
             diagnostics.append(warning("density_not_reached", within=within, error=share, **parts))

@@ -110,7 +110,7 @@ class Ensemble(MonteCarloOptions, Engine):
     def model(self, problem: Problem) -> Model:
         """What is simulated for a problem that the engine supports."""
         eqs = problem.equations
-        return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.mu or 0.0))
+        return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.load or 0.0))
 
     def model_errors(
         self, problem: Problem, pair: "RichardsonPair", begin: float
@@ -171,7 +171,7 @@ class Ensemble(MonteCarloOptions, Engine):
         errors, remark = self.model_errors(problem, sampler.pair, setup.budget_begin)
         between = None if setup.trajectories.hopping is None else note("between_wells")
         diagnostics += [self._remark(remark), between, agreed, self.pair_diagnostic(sampler.pair)]
-        if problem.equations.mu is None and setup.model.circuit is None:
+        if problem.equations.load is None and setup.model.circuit is None:
             diagnostics.append(warning("open_circuit"))
         exact = agreed is not None and agreed.severity == "note"
         v2, power = (

@@ -63,7 +63,7 @@ class Exact(Formula):
             *record_doubts(eqs),
             note("closed_form" + "_joined" * bool(join_change(eqs))),
         ]
-        if eqs.mu is None:
+        if eqs.load is None:
             diagnostics.append(warning("open_circuit"))
         if not eqs.is_shaken:
             diagnostics.append(warning("nothing_shakes"))

@@ -34,7 +34,7 @@ class PowerSlopes:
     """
 
     def __init__(self, problem: Problem, answer: Answer, unknown: str) -> None:
-        if not (problem.equations.beta and problem.equations.mu):
+        if not (problem.equations.beta and problem.equations.load):
             raise InputError(
                 "the scene must have a coupling and a load resistance, or no power changes, but it has not"
             )
@@ -94,7 +94,7 @@ def _slopes(problem: Problem, key: str) -> dict[str, float]:
         units = scales(scene, length if problem.physical else None)
         eqs = equations_at(scene, units)
         watts = units.watts if problem.physical else 1.0
-        return eqs, math.log(watts * (eqs.beta or 0.0) * (eqs.mu or 0.0))
+        return eqs, math.log(watts * (eqs.beta or 0.0) * (eqs.load or 0.0))
 
     # A restitution of 1 may not become more: of one the coefficient itself is the key.
     if name in ("restitution", "opposite_restitution") or (table, name) == (

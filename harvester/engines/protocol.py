@@ -201,7 +201,7 @@ def estimate(
     shocks = problem.events
     join = join_change(eqs)
     if power is None:  # E[P] = beta mu E[V^2] (paper, Eq. 31)
-        power = v2.scaled((eqs.beta or 0.0) * (eqs.mu or 0.0))
+        power = v2.scaled((eqs.beta or 0.0) * (eqs.load or 0.0))
     v2, power = (mean.with_model(join) for mean in (v2, power))
     remarks = [diagnostic for diagnostic in diagnostics if diagnostic is not None]
     gives = has(remarks, "netlist_gives")

@@ -47,9 +47,10 @@ def check_bounded(eqs: Equations, driven: bool = False) -> None:
 def _check_spring(eqs: Equations) -> None:
     """Refuse a spring whose energy falls without bound on a side without a stop."""
     linear, alpha2, alpha = eqs.spring
+    soft = eqs.softening or 0.0
     low, high = eqs.rigid_stops
-    above = alpha or alpha2 or linear
-    below = alpha or -alpha2 or linear + (eqs.stop_stiffness or 0.0)
+    above = alpha or alpha2 - soft or linear
+    below = alpha or -alpha2 - soft or linear + (eqs.stop_stiffness or 0.0)
     for side, pull, end, stop in (
         ("above", above, high, "opposite_stop"),
         ("below", below, low, "stop"),
@@ -77,16 +78,17 @@ def flow(eqs: Equations, x: float = 0.0) -> Floats:
 
     With further modes x and x' are the coordinates and speeds of all.
     """
-    linear, alpha2, alpha = eqs.spring
-    stiffness = linear + x * (2.0 * alpha2 + 3.0 * alpha * x)
-    friction = float(Polynomial(eqs.friction)(x**2))
-    beta = eqs.beta or 0.0
+    mass = 1.0 + (eqs.inertia or 0.0) * x * x
+    grown = 1.0 + (eqs.gamma or 0.0) * x * x
+    stiffness = eqs.spring_slope(x) / mass
+    friction = float(Polynomial(eqs.friction)(x**2)) / mass
+    beta = (eqs.beta or 0.0) * grown / mass
     mu = eqs.mu
     if eqs.modes is not None:
         return _flow_of_modes(eqs.modes, stiffness, friction, beta, mu)
     if mu is None:
-        return np.array([[0.0, 1.0], [-stiffness - beta, -friction]])
-    return np.array([[0.0, 1.0, 0.0], [-stiffness, -friction, -beta], [0.0, 1.0, -mu]])
+        return np.array([[0.0, 1.0], [-stiffness - beta * grown, -friction]])
+    return np.array([[0.0, 1.0, 0.0], [-stiffness, -friction, -beta], [0.0, grown, -mu]])
 
 
 def _flow_of_modes(
@@ -142,11 +144,9 @@ def friction_bounds(eqs: Equations) -> bool:
 
 def barriers(eqs: Equations) -> Floats:
     """The places between the resting places where the spring's energy is largest, in ascending order."""
-    linear, alpha2, alpha = eqs.spring
     rests = eqs.resting_places
-    roots = np.roots([alpha, alpha2, linear, 0.0])
-    free = np.sort(roots.real[roots.imag == 0.0])
-    tops = free[linear + free * (2.0 * alpha2 + 3.0 * alpha * free) < 0.0]
+    free = eqs.balanced_places
+    tops = free[[eqs.spring_slope(float(x)) < 0.0 for x in free]]
     return tops[(tops > rests[0]) & (tops < rests[-1])]
 
 

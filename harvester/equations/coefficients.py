@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harvester.arrays import Floats
 from harvester.equations.effects import EFFECTS, SEVERAL_MODES
 from harvester.equations.modes import Modes
 from harvester.errors import CannotServeError
@@ -25,11 +26,14 @@ def friction_names() -> tuple[str, ...]:
 class Equations:
     """The coefficients of Eq. 2; None is an effect that is absent.
 
-    The spring is linear x + alpha2 x^2 + alpha x^3; ``linear`` None is 1.  The friction is f(x) +
-    cv |x'|.  The stop is at x = -gap (None: at rest, x = 0), rigid if ``restitution`` is given,
-    compliant if ``stop_stiffness`` is; the opposite one is rigid, at x = opposite_gap.  n1 = eps1^2
-    D11, n2 = eps2^2 D22 and n12 = eps1 eps2 D12 are the noise intensities. beta None is a voltage
-    without force on the mass, mu None an open circuit, restitution None no stop, and so on.
+    The spring is linear x + alpha2 x^2 + alpha x^3 - softening x |x|; ``linear`` None is 1.  The
+    mass is 1 + inertia x^2, the coupling 1 + gamma x^2, and ``mu`` includes the ``loss_tangent`` of
+    the piezo.  The friction is f(x) + cv |x'|.
+
+    The stop is at x = -gap (None: at rest, x = 0), rigid if ``restitution`` is given, compliant if
+    ``stop_stiffness`` is; the opposite one is rigid, at x = opposite_gap.  n1 = eps1^2 D11, n2 =
+    eps2^2 D22 and n12 = eps1 eps2 D12 are the noise intensities. beta None is a voltage without
+    force on the mass, mu None an open circuit, restitution None no stop, and so on.
 
     Other shaking than white noise, one kind at most (`harvester.mechanics.kernels.shaking`): ``drive``
     cos(drive_frequency t); noise of low-frequency intensity ``coloured`` with a ``correlation_time``; or of intensity
@@ -50,6 +54,10 @@ class Equations:
     n12: float | None = None
     linear: float | None = None
     alpha2: float | None = None
+    softening: float | None = None
+    inertia: float | None = None
+    gamma: float | None = None
+    loss_tangent: float | None = None
     gap: float | None = None
     opposite_restitution: float | None = None
     opposite_gap: float | None = None
@@ -128,8 +136,40 @@ class Equations:
 
     def spring_force(self, x: float) -> float:
         """Force of the spring at x; 0 at infinity, if no stop is."""
+        if not math.isfinite(x):
+            return 0.0
         linear, alpha2, alpha = self.spring
-        return -x * (linear + x * (alpha2 + x * alpha)) if math.isfinite(x) else 0.0
+        return -x * (linear + x * (alpha2 + x * alpha)) + (self.softening or 0.0) * x * abs(x)
+
+    def spring_slope(self, x: float) -> float:
+        """Stiffness of the spring for small motions about x."""
+        linear, alpha2, alpha = self.spring
+        return (
+            linear + x * (2.0 * alpha2 + 3.0 * alpha * x) - 2.0 * (self.softening or 0.0) * abs(x)
+        )
+
+    @property
+    def balanced_places(self) -> Floats:
+        """Places without a force of the spring, in ascending order."""
+        linear, alpha2, alpha = self.spring
+        if self.softening is None:
+            roots = np.roots([alpha, alpha2, linear, 0.0])
+            return np.sort(roots.real[roots.imag == 0.0])
+        sides = [
+            (side, np.roots([alpha, alpha2 - side * self.softening, linear]))
+            for side in (-1.0, 1.0)
+        ]
+        beyond = [
+            roots.real[(roots.imag == 0.0) & (side * roots.real > 0.0)] for side, roots in sides
+        ]
+        return np.sort(np.concatenate([*beyond, [0.0]]))
+
+    @property
+    def load(self) -> float | None:
+        """The part of mu that is the load's; None in open circuit."""
+        if self.loss_tangent is None or self.mu is None:
+            return self.mu
+        return self.mu - self.loss_tangent if self.mu > self.loss_tangent else None
 
     @property
     def has_stop(self) -> bool:
@@ -172,15 +212,12 @@ class Equations:
         In ascending order; two or more for a bistable spring.  A mass pressed on a compliant stop is placed at its
         edge.
         """
-        linear, alpha2, alpha = self.spring
         low, high = self.stops
         pressed = {
             x for x, inward in ((low, 1.0), (high, -1.0)) if inward * self.spring_force(x) < 0.0
         }
-        roots = np.roots([alpha, alpha2, linear, 0.0])
-        free = roots.real[roots.imag == 0.0]
-        minimum = linear + free * (2.0 * alpha2 + 3.0 * alpha * free) > 0.0
-        return sorted(pressed | {float(x) for x in free[minimum] if low <= x <= high})
+        free = [float(x) for x in self.balanced_places if self.spring_slope(float(x)) > 0.0]
+        return sorted(pressed | {x for x in free if low <= x <= high})
 
     @property
     def has_unlike_wells(self) -> bool:

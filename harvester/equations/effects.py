@@ -2,8 +2,9 @@
 
 A theory that simplifies the equations supports a scene only if it knows all of the scene's
 effects.  A new effect is known to none until its entry here reports it, so that none leaves it out
-in silence.  The full equations know every effect: engines `ensemble`, `ideal`, `compiled` and
-`spice`.
+in silence.  The full equations know every effect with a load resistance: engine `ensemble`.  In
+lock-step with ngspice, and of a device with a netlist, they know all but `BEYOND_CIRCUITS`
+(`harvester.scene.checks.check_together` refuses these with a netlist).
 """
 
 from collections.abc import Callable
@@ -43,6 +44,8 @@ class Effect:
 EFFECTS = (
     Effect("negative_stiffness", "linear", (LINEAR, DENSITY, SWEPT, PART, HOPPING)),
     Effect("quadratic_stiffness", "alpha2", (DENSITY, REST, SWEPT, PART, HOPPING)),
+    Effect("ceramic_softening", "softening", (DENSITY, SWEPT)),
+    Effect("inertia_x2", "inertia", (SWEPT,)),
     Effect(
         "softening_stiffness",
         "alpha",
@@ -86,6 +89,10 @@ EFFECTS = (
     ),
     Effect("magnifier", "modes", (LINEAR, SWEPT), lambda eqs: eqs.modes.oscillator is not None),
     Effect("ball", "modes", (), lambda eqs: eqs.modes.pull is not None),
+    Effect(
+        "dielectric_loss", "loss_tangent", (LINEAR, PUBLISHED, AVERAGED, DENSITY, SWEPT, HOPPING)
+    ),
+    Effect("coupling_x2", "gamma", (SWEPT,)),
     Effect("back_coupling", "beta", THEORIES),
     Effect("resistive_load", "mu", THEORIES),
 )
@@ -93,6 +100,8 @@ EFFECTS = (
 
 # what an engine or study of one mode does not know
 SEVERAL_MODES = frozenset(("further_modes", "magnifier", "ball"))
+# what lock-step with ngspice and circuits in place of a load resistance do not know
+BEYOND_CIRCUITS = frozenset(("inertia_x2", "dielectric_loss", "coupling_x2"))
 
 
 def unknown_to(theory: str) -> frozenset[str]:

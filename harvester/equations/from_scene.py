@@ -1,9 +1,10 @@
 """SI <-> nondimensional, both ways (paper, the transformations before Eq. 2).
 
     t = w0 T    x = X/l    V = Cp v/(theta l)       w0 = sqrt(k/M), k = |stiffness|
-    alpha = l^2 k3/k    alpha2 = l k2/k    stops: gap/l, k_s/k and c_s/(M w0)
+    alpha = l^2 k3/k    alpha2 = l k2/k    softening = l ka/k
+    inertia = l^2 m2/M    gamma = l^2 theta2/theta    stops: gap/l, k_s/k and c_s/(M w0)
     c1 = b1/(M w0)    c2 = b2 l^2/(M w0)    c3 = b3 l^4/(M w0)    cv = b_v l/M
-    beta = theta^2/(k Cp)    mu = 1/(R Cp w0)    v^2/R = (M w0^3 l^2) beta mu V^2
+    beta = theta^2/(k Cp)    mu = 1/(R Cp w0) + loss_tangent    v^2/R = (M w0^3 l^2) beta mu V^2
     white base acceleration of one-sided density G:  N1 = G/(4 l^2 w0^3)
     other shaking: amplitude F = A/(l w0^2), frequencies 2 pi f/w0, correlation time w0 T; coloured noise as white;
     a recorded acceleration a of the base is -a/(l w0^2) of the mass relative to it
@@ -52,6 +53,10 @@ def equations_at(scene: Scene, s: Scales) -> Equations:
 _SCALED: dict[str, tuple[str, Callable[[Scales, float], float]]] = {
     "alpha2": ("oscillator.quadratic_stiffness", lambda s, k: s.length / k),
     "alpha": ("oscillator.cubic_stiffness", lambda s, k: s.length**2 / k),
+    "softening": ("oscillator.ceramic_softening", lambda s, k: s.length / k),
+    "inertia": ("oscillator.inertia_x2", lambda s, k: s.length**2 / s.mass),
+    "gamma": ("piezo.coupling_x2", lambda s, k: s.length**2 / s.coupling),
+    "loss_tangent": ("piezo.loss_tangent", lambda s, k: 1.0),
     "c2": ("oscillator.damping_x2", lambda s, k: -(s.length**2) / _rate(s)),
     "c3": ("oscillator.damping_x4", lambda s, k: s.length**4 / _rate(s)),
     "cv": ("oscillator.damping_v", lambda s, k: s.length / s.mass),
@@ -103,13 +108,21 @@ def _from_device(scene: Scene, s: Scales) -> Equations:
         **_shaking(scene, s),
         linear=-1.0 if modal.stiffness < 0.0 else None,
         beta=modal.coupling**2 / (stiffness * modal.capacitance),
-        mu=None if resistance is None else 1.0 / (resistance * modal.capacitance * s.frequency),
+        mu=_discharge(
+            None if resistance is None else 1.0 / (resistance * modal.capacitance * s.frequency),
+            plain["loss_tangent"],
+        ),
         c1=scaled(modal.damping, -1.0 / _rate(s)),
         restitution=under if scene.stop is None else scene.stop.restitution,
         opposite_restitution=ends[0] if ends else None,
         opposite_gap=ends[1] if ends else None,
         modes=further_modes(modal, scene.mode, magnifier, ball, s.length),
     )
+
+
+def _discharge(load: float | None, loss_tangent: float | None) -> float | None:
+    """The discharge rate mu by the load and by dielectric loss."""
+    return load if loss_tangent is None else (load or 0.0) + loss_tangent
 
 
 def _given(scene: Scene, key: str) -> float | None:
@@ -138,8 +151,11 @@ def _shaking(scene: Scene, s: Scales) -> dict[str, Any]:
 _ALIKE = (
     "alpha",
     "alpha2",
+    "softening",
+    "inertia",
+    "gamma",
+    "loss_tangent",
     "beta",
-    "mu",
     "c1",
     "c2",
     "c3",
@@ -157,6 +173,7 @@ def _from_table(table: Nondimensional) -> Equations:
     noise = scaled(table.D11, eps1**2)
     return Equations(
         **{name: getattr(table, name) or None for name in _ALIKE},
+        mu=_discharge(table.mu or None, table.loss_tangent or None),
         linear=None if table.linear == 1.0 else table.linear,
         restitution=table.restitution,
         opposite_restitution=table.opposite_restitution,

@@ -92,5 +92,5 @@ class Problem:
 
         if self.scene.load is not None:
             return load_circuit(self.scene.load, self.scales.capacitance)
-        mu = self.equations.mu  # of a nondimensional scene
+        mu = self.equations.load  # of a nondimensional scene
         return None if mu is None else load_circuit(Load(resistance=self.scales.resistance(mu)))

@@ -32,6 +32,8 @@ _WAVEFORMS = {
     "sffm": "sffm",
     "am": "am",
 }
+# of a waveform; ngspice leaves out what is beyond, which LTspice reads (cycles)
+_MOST_NUMBERS = {"sin": 6, "pulse": 8, "exp": 6, "sffm": 7, "am": 6}
 
 
 @dataclass(frozen=True)
@@ -281,11 +283,16 @@ def _source(words: Words, models: Set[str], nodes: tuple[str, ...]) -> Fields:
         while words.alone and plain_number(words.alone[0]) is not None:
             words.next("a magnitude or a phase")
     if words.alone and words.alone[0] in _WAVEFORMS:
-        fields["form"] = _WAVEFORMS[words.next("a waveform")]
-        fields["waveform"] = tuple(words.number(text) for text in words.alone)
-        words.alone.clear()
-        if not fields["waveform"]:
+        form = _WAVEFORMS[words.next("a waveform")]
+        count = len(words.alone)
+        if not count:
             raise invalid(words.where, "give the waveform its numbers", words.text[:60])
+        if count > (most := _MOST_NUMBERS.get(form, count)):
+            must = f"give {form} at most {most} numbers, as ngspice ignores the others"
+            raise invalid(words.where, must, count)
+        fields["form"] = form
+        fields["waveform"] = tuple(map(words.number, words.alone))
+        words.alone.clear()
     return fields
 
 

@@ -148,7 +148,7 @@ def _joined_lines(
 ) -> list[Line]:
     """The lines of one file with their continuations, without comments and, unless it is included, its title."""
     lines: list[Line] = []
-    for number, raw in enumerate((given or _text(path, left)).split("\n"), 1):
+    for number, raw in enumerate(_text(path, left, given).split("\n"), 1):
         where = f"{path.name} line {number}"
         _check_no_command(raw.strip(), where, number)
         text = re.split(r";|//|(?:^|[\s,])\$", raw)[0].strip()
@@ -189,9 +189,9 @@ def _check_no_command(text: str, where: str, number: int) -> None:
         raise InputError(f"netlist {where} must run no command, but does")
 
 
-def _text(path: Path, left: list[int]) -> str:
-    """The text of a file; takes its size from the bytes ``left``."""
-    data = files.read(path, "load.netlist", MOST_BYTES)
+def _text(path: Path, left: list[int], given: str | None = None) -> str:
+    """The text of a file, or ``given`` in its place; takes its size from the bytes ``left``."""
+    data = files.read(path, "load.netlist", MOST_BYTES) if given is None else given.encode()
     left[0] -= len(data)
     if left[0] < 0:
         raise InputError(

@@ -1,5 +1,8 @@
 """Checks of keys that go together, which physical and nondimensional scenes share; each raises InputError."""
 
+import itertools
+from collections.abc import Callable
+
 from harvester.errors import InputError, invalid
 from harvester.scene.table import SceneTable
 
@@ -34,6 +37,34 @@ def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str)
         raise InputError(
             f"{table.TABLE}.{present[1]} must be left out where {present[0]} is given, but both are given"
         )
+
+
+# keys that equations have with one mode, without a stop, or with a load resistance only
+ONE_MODE = ("oscillator.inertia_x2", "piezo.coupling_x2")
+NO_STOP = ("piezo.coupling_x2",)
+RESISTANCE_ONLY = (*ONE_MODE, "piezo.loss_tangent")
+
+
+def check_together(given: Callable[[str], bool]) -> None:
+    """Refuse keys next to tables with which no equations have them.
+
+    ``given``: whether a scene has a key or a table.
+    """
+    modes = ("mode", "magnifier", "ball")
+    for keys, others, remedy in (
+        (ONE_MODE, modes, ""),
+        (NO_STOP, ("stop", "opposite_stop"), ""),
+        (
+            RESISTANCE_ONLY,
+            ("load.netlist",),
+            ": give a load.resistance, or a loss as a resistor in the netlist",
+        ),
+    ):
+        for key, other in itertools.product(keys, others):
+            if given(key) and given(other):
+                raise InputError(
+                    f"{key} must be left out, as {other} is given, but both are given{remedy}"
+                )
 
 
 def check_same(table: SceneTable) -> None:

@@ -36,9 +36,13 @@ class Nondimensional(SceneTable):
     cv: Annotated[OptNumber, NUMBER_FROM_0, "quadratic damping, of |x'|"] = NONE
     alpha: Annotated[OptNumber, NUMBER, "cubic stiffness"] = NONE
     alpha2: Annotated[OptNumber, NUMBER, "quadratic stiffness"] = NONE
+    softening: Annotated[OptNumber, NUMBER_FROM_0, "softening of the ceramic, -x |x|"] = NONE
+    inertia: Annotated[OptNumber, NUMBER_FROM_0, "mass 1 + inertia x^2"] = NONE
     linear: Annotated[OptNumber, NUMBER, "1, or -1 for a bistable device"] = NONE
     beta: Annotated[OptNumber, NUMBER_FROM_0, "coupling, theta^2/(K Cp)"] = NONE
+    gamma: Annotated[OptNumber, NUMBER, "coupling that grows as 1 + gamma x^2"] = NONE
     mu: Annotated[OptNumber, NUMBER_FROM_0, "load, 1/(R Cp w0)"] = NONE
+    loss_tangent: Annotated[OptNumber, NUMBER_FROM_0, "dielectric loss, added to mu"] = NONE
     restitution: Annotated[OptNumber, RESTITUTION, "rigid stop"] = NONE
     gap: Annotated[OptNumber, NUMBER, "the stop is at x = -gap"] = NONE
     opposite_restitution: Annotated[
@@ -68,6 +72,11 @@ class Nondimensional(SceneTable):
 
     def __post_init__(self) -> None:
         check_shaking(self, "drive", "drive_frequency", "D11")
+        for stop in ("restitution", "opposite_restitution", "stop_stiffness"):
+            if self.gamma and getattr(self, stop) is not None:
+                raise InputError(
+                    f"nondimensional.gamma must be left out with {stop}, but both are given"
+                )
         if self.D12 and self.filtered:
             raise InputError(
                 "nondimensional.D12 must be left out where the noise is filtered, but both are given"

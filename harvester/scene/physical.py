@@ -12,7 +12,9 @@ from harvester.quantities.kinds import (
     ACCELERATION,
     ACCELERATION_PSD,
     CAPACITANCE,
+    CERAMIC_SOFTENING,
     COUPLING,
+    COUPLING_X2,
     CUBIC_STIFFNESS,
     DAMPING,
     DAMPING_V,
@@ -20,6 +22,8 @@ from harvester.quantities.kinds import (
     DAMPING_X4,
     FREQUENCY,
     GAP,
+    INERTIA_X2,
+    LOSS_TANGENT,
     MAGNIFIER_STIFFNESS,
     MASS,
     MODE_COUPLING,
@@ -50,8 +54,9 @@ class Oscillator(SceneTable):
 
         mass X'' + (damping + damping_x2 X^2 + damping_x4 X^4 + damping_v |X'|) X' + F(X) = -mass a(t) - theta v
 
-        F(X) = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3
+        F(X) = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3 - ceramic_softening X |X|
 
+    With ``inertia_x2`` a force inertia_x2 (X^2 X'' + X X'^2) is added on the left.
     A negative stiffness makes the device bistable, a negative cubic_stiffness softens the spring.
     SI units. Coefficients of the *Entropy* 2026 paper: b1 = -damping, b2 = -damping_x2, b3 =
     damping_x4. Equivalents: damping_ratio is damping / (2 sqrt(|stiffness| mass)), q is 1/(2
@@ -77,6 +82,14 @@ class Oscillator(SceneTable):
     ] = NONE
     cubic_stiffness: Annotated[
         OptNumber, CUBIC_STIFFNESS, "coefficient of X^3 in the spring force; negative: softening"
+    ] = NONE
+    ceramic_softening: Annotated[
+        OptNumber,
+        CERAMIC_SOFTENING,
+        "coefficient of -X |X| in the spring force: a strained ceramic",
+    ] = NONE
+    inertia_x2: Annotated[
+        OptNumber, INERTIA_X2, "mass that grows with X^2, such as that of a cantilever's shortening"
     ] = NONE
     damping: Annotated[OptNumber, DAMPING, "linear damping"] = NONE
     damping_ratio: Annotated[
@@ -120,6 +133,14 @@ class Piezo(SceneTable):
     )
     open_circuit_frequency: Annotated[
         OptNumber, FREQUENCY, "open-circuit resonance, instead of coupling"
+    ] = NONE
+    coupling_x2: Annotated[
+        OptNumber, COUPLING_X2, "coefficient of X^2 in the coupling: coupling + coupling_x2 X^2"
+    ] = NONE
+    loss_tangent: Annotated[
+        OptNumber,
+        LOSS_TANGENT,
+        "dielectric loss: a resistance 1/(loss_tangent w0 capacitance) across the piezo",
     ] = NONE
     capacitance: Annotated[Number, CAPACITANCE, "clamped capacitance: with the mass held"]
     strain_per_displacement: Annotated[

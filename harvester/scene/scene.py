@@ -14,7 +14,7 @@ from pydantic import ConfigDict
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from harvester.errors import InputError, names_arguments
-from harvester.scene.checks import check_opposite_stop, check_stop_damping
+from harvester.scene.checks import check_opposite_stop, check_stop_damping, check_together
 from harvester.scene.further_modes import changed_modes, check_beside, contact_mass
 from harvester.scene.keys import SEVERAL, TABLES, key_kind, read_value, split_key
 from harvester.scene.load import Load
@@ -125,6 +125,7 @@ class Scene(SceneTable):
                     raise InputError(
                         f"[{name}] must be given (or [nondimensional] alone), but the table is missing"
                     )
+            check_together(self._has)
             stop = self.stop or Stop(restitution=1.0)
             opposite = self.opposite_stop
             noise = None if self.excitation is None else self.excitation.stiffness_noise
@@ -137,6 +138,12 @@ class Scene(SceneTable):
             if opposite is not None:
                 rigid = self.stop is not None and self.stop.restitution is not None
                 check_opposite_stop("opposite_stop.", rigid, stop.gap, opposite.gap)
+
+    def _has(self, name: str) -> bool:
+        """Whether it has a table, or a key of one that is not 0."""
+        table, _, key = name.partition(".")
+        value = getattr(self, table)
+        return bool(getattr(value, key, None) if key else value)
 
     @property
     def physical(self) -> bool:

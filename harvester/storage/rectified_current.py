@@ -141,17 +141,23 @@ def times_to(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float)
 
 
 def error_of_times(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float) -> Floats:
-    """The standard error that sampling of the currents, which are independent, gives to the times to ``levels``."""
+    """The standard error that sampling of the currents, which are independent, gives to the times to ``levels``.
+
+    It is infinite for a level that a current of one standard error less does not reach.
+    """
     if table.stderr is None:
         return np.zeros(len(levels))
     base = times_to(levels, table, farads, ohm)
     total = np.zeros(len(levels))
     there = np.isfinite(base)
     for k, error in enumerate(table.stderr):
-        current = table.current.copy()
-        current[k] += error
-        changed = times_to(levels, replace(table, current=current), farads, ohm)
-        total[there] += np.nan_to_num(changed[there] - base[there], posinf=0.0) ** 2
+        changes = np.zeros((2, len(levels)))
+        for row, shift in zip(changes, (error, -error), strict=True):
+            current = table.current.copy()
+            current[k] += shift
+            changed = times_to(levels, replace(table, current=current), farads, ohm)
+            row[there] = np.abs(changed[there] - base[there])
+        total += changes.max(axis=0) ** 2
     return np.sqrt(total)
 
 

@@ -291,3 +291,21 @@ def test_a_current_that_leaves_no_digits_to_the_others_is_no_answer(tmp_path):
     assert powers[1] == pytest.approx(powers[0], rel=1e-6)
     with pytest.raises(CircuitError, match="dx"):
         hv.run(driven(tmp_path, IMPOSED + "Dx a b d\n"), "compiled")
+
+
+@pytest.mark.ngspice
+def test_the_current_of_a_function_that_leaves_no_digits_to_the_others_is_no_answer(tmp_path):
+    """Around a source of 0 V the current 2e9 A/V of a B source cannot change the load's power of microwatts."""
+    loop = "V1 p b 0\nRload b n 100k\nB1 p b I=v(p)*{}\n"
+    small = hv.run(driven(tmp_path, loop.format("2u")), "compiled").mean_power.value
+    alone = hv.run(driven(tmp_path, "Rload p n 100k\n"), "compiled").mean_power.value
+    assert small == pytest.approx(alone, rel=1e-6)
+    with pytest.raises(CircuitError, match="b1"):
+        hv.run(driven(tmp_path, loop.format("2e9")), "compiled")
+
+
+def test_a_blocked_mosfet_leaks_as_in_ngspice(tmp_path):
+    """Through its two junctions, gmin each, and nothing beside them."""
+    body = "V1 a n 3\nM1 a n x n m\nRx x n 1e12\nRload p n 100k\n.model m nmos\n"
+    circuit = compiled(driven(tmp_path, body))
+    assert len(circuit.system.leaks) == 2

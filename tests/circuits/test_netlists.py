@@ -131,7 +131,7 @@ def test_doctor_says_which_elements_of_a_netlist_are_served(tmp_path, harvester)
     assert status == 0
     assert "served   d1" in out
     assert "NOT      t1  is an element of a kind that compiled circuits do not have" in out
-    assert "6 of 7 elements are served" in out
+    assert "engine 'compiled' takes 6 of 7 elements" in out
 
 
 def test_threads_that_ask_at_once_for_a_step_get_one_record(tmp_path):

@@ -77,6 +77,8 @@ SIGNED = st.floats(-1e6, 1e6).filter(lambda v: abs(v) > 1e-6)
         n12=st.none(),
         linear=st.sampled_from([None, -1.0]),
         alpha2=st.none() | SIGNED,
+        softening=st.none() | SIZE,
+        inertia=st.none() | SIZE,
     ),
     stops=st.sampled_from(STOPS),
     device=st.builds(

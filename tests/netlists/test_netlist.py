@@ -431,3 +431,33 @@ def test_a_parameter_of_a_netlist_without_any(tmp_path):
         match=r"unknown parameter of netlist r 'R': it has none but its elements \(Rload\); .*'\.subckt r p n R=1Meg'",
     ):
         load_circuit(Load(netlist=str(tmp_path / "r.cir"), parameters={"R": "2 Mohm"}))
+
+
+@pytest.mark.parametrize(
+    "waveform, most",
+    [
+        ("sin(0 1 50 0 0 90 7)", "sin at most 6"),
+        ("pulse(0 1 0 1u 1u 1m 2m 3 9)", "pulse at most 8"),
+        ("exp(0 1 0 1m 5m 1m 9)", "exp at most 6"),
+        ("sffm(0 1 50 2 5 0 0 9)", "sffm at most 7"),
+    ],
+)
+def test_numbers_beyond_those_of_a_waveform_are_refused(tmp_path, waveform, most):
+    """ngspice ignores them; LTspice stops a sine after so many cycles."""
+    text = GOOD.replace("Rload", f"V1 v n {waveform}\nR1 v n 1k\nRload")
+    assert most in refusal(tmp_path, text)
+    assert given(tmp_path, text.replace(" 9)", ")").replace(" 7)", ")"))
+
+
+def test_a_text_in_place_of_a_file_is_checked_as_a_file(tmp_path):
+    """Also an empty one: the file is not read in its place."""
+    path = tmp_path / "mine.cir"
+    path.write_text(GOOD)
+    load = Load(netlist=str(path))
+    for text, word in (
+        ("", "subcircuit"),
+        (GOOD + "\x07", "printable"),
+        (GOOD + MOST_BYTES * "*", "bytes"),
+    ):
+        with pytest.raises(InputError, match=word):
+            load_circuit(load, text=text)

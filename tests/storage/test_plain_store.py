@@ -76,3 +76,12 @@ def test_the_error_of_sampling_adds_up_over_independent_voltages():
         noisy = base.current + 3e-8 * rng.standard_normal(12)
         drawn.append(times_to(levels, table(lambda v, noisy=noisy: noisy), C, math.inf)[0])
     assert error_of_times(levels, base, C, math.inf)[0] == pytest.approx(np.std(drawn), rel=0.2)
+
+
+def test_a_time_that_a_standard_error_makes_infinite_has_an_infinite_error():
+    """A store whose current at the target is as large as its standard error may not get there."""
+    wide = np.full(12, 3e-8)
+    near = table(lambda v: 1e-5 - (1e-5 - 2e-8) / 8.0 * v, stderr=wide)
+    errors = error_of_times(np.array([4.0, 8.0]), near, C, math.inf)
+    assert math.isfinite(errors[0])
+    assert errors[1] == math.inf

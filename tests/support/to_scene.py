@@ -33,6 +33,8 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
         stiffness=stiffness * (eqs.linear or 1.0),
         quadratic_stiffness=scaled(eqs.alpha2, stiffness / s.length),
         cubic_stiffness=scaled(eqs.alpha, stiffness / s.length**2),
+        ceramic_softening=scaled(eqs.softening, stiffness / s.length),
+        inertia_x2=scaled(eqs.inertia, s.mass / s.length**2),
         damping=scaled(eqs.c1, -rate),
         damping_x2=scaled(eqs.c2, -rate / s.length**2),
         damping_x4=scaled(eqs.c3, rate / s.length**4),
@@ -63,9 +65,14 @@ def physical(eqs: Equations, s: Scales, title: str = "") -> Scene:
     return Scene(
         title=title,
         oscillator=oscillator,
-        piezo=Piezo(coupling=coupling, capacitance=s.capacitance),
+        piezo=Piezo(
+            coupling=coupling,
+            coupling_x2=scaled(eqs.gamma, coupling / s.length**2),
+            capacitance=s.capacitance,
+            loss_tangent=eqs.loss_tangent,
+        ),
         stop=stop,
         opposite_stop=opposite,
         excitation=noise if noise != Excitation() else None,
-        load=None if eqs.mu is None else Load(resistance=s.resistance(eqs.mu)),
+        load=None if eqs.load is None else Load(resistance=s.resistance(eqs.load)),
     )

@@ -12,7 +12,8 @@ from harvester.cosimulation.lockstep.rigid_stop import plan_impact
 from harvester.cosimulation.lockstep.state import BEYOND, STATE, Recording
 from harvester.cosimulation.lockstep.transitions import next_event
 from harvester.equations.coefficients import Equations
-from harvester.errors import SimulationError
+from harvester.equations.effects import BEYOND_CIRCUITS
+from harvester.errors import CannotServeError, SimulationError
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
@@ -20,6 +21,7 @@ from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, room_for_impacts
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.trace import mechanics_of
+from harvester.presentation.diagnostic import refusal
 
 NARROW = (
     "the stops must be so far apart that the mass meets them at most twice a step in lock-step with ngspice, but it "
@@ -102,6 +104,8 @@ class Drive:
         shaking: Floats | None = None,
         smooth: bool = False,
     ) -> None:
+        if unknown := [name for name in eqs.effects if name in BEYOND_CIRCUITS]:
+            raise CannotServeError(refusal("beyond_ngspice", effects=" and ".join(unknown)))
         self.smoothing = 0.0
         self.nodes = dict[str, float]()
         self.series = dict[str, Floats]()

@@ -66,6 +66,8 @@ def stored_in_mass(s, contact, c):
         energy += c.alpha2 / 3.0 * s.x * s.x * s.x
     if c.alpha is not None:
         energy += 0.25 * c.alpha * s.x * s.x * s.x * s.x
+    if c.softening is not None:
+        energy -= c.softening / 3.0 * s.x * s.x * abs(s.x)
     return energy
 
 

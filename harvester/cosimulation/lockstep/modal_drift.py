@@ -130,6 +130,8 @@ def stored_in_modes(z, c):
         energy += c.oscillator.alpha2 / 3.0 * x * x * x
     if c.oscillator.alpha is not None:
         energy += 0.25 * c.oscillator.alpha * x * x * x * x
+    if c.oscillator.softening is not None:
+        energy -= c.oscillator.softening / 3.0 * x * x * abs(x)
     if c.contact is not None and c.contact.k is not None:
         into = min(dot(c.phi, z, 0, 0) - lower_stop(c.contact), 0.0)
         mobility = 0.0

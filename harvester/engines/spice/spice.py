@@ -20,6 +20,7 @@ from harvester.engines.spice.runs import Runs
 from harvester.engines.spice.setup import SHUNTS, SpiceSetup, set_up
 from harvester.engines.spice.steady import Steady
 from harvester.engines.spice.steady_response import is_the_only_one, steady_response
+from harvester.equations.effects import BEYOND_CIRCUITS
 from harvester.equations.problem import Problem
 from harvester.errors import (
     CircuitError,
@@ -115,6 +116,8 @@ class Spice(MonteCarloOptions, Engine):
             return refusal("needs_load", cls.NAME, engine=cls.NAME)
         if problem.netlist is not None:
             needs_circuit(problem, cls.NAME)
+        if beyond := sorted(BEYOND_CIRCUITS.intersection(problem.effects)):
+            return refusal("beyond_ngspice", effects=" and ".join(beyond))
         return (
             None
             if problem.equations.is_shaken

@@ -282,7 +282,7 @@ class Trajectories:
         self.own_sums = self.own_sums + sums[:, len(IDEAL_SUMS) :].sum(axis=(0, 2))
         if self.own_circuit is not None:
             self.own_circuit.check_sums(self.own_sums, self.state)
-        moments = from_sums(sums, samples, elapsed, self._loss_unit, eqs.mu)
+        moments = from_sums(sums, samples, elapsed, self._loss_unit, eqs.load)
         if noise is None:
             return moments
         both = np.hstack(list(noise)), self._boundary() - begin

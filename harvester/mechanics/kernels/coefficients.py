@@ -38,6 +38,9 @@ class Coefficients(NamedTuple):
     n12: float | None = None
     linear: float | None = None
     alpha2: float | None = None
+    softening: float | None = None
+    inertia: float | None = None
+    gamma: float | None = None
     gap: float | None = None
     pull: float | None = None
     high: float | None = None

@@ -36,6 +36,8 @@ def energy(x, v, c):
         double += (2.0 / 3.0) * c.alpha2 * x * x * x
     if c.alpha is not None:
         double += 0.5 * c.alpha * x * x * x * x
+    if c.softening is not None:
+        double -= (2.0 / 3.0) * c.softening * x * x * abs(x)
     return 0.5 * (v * v + double)
 
 

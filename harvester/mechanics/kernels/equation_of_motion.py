@@ -13,6 +13,10 @@ split into two parts that are each solved in closed form and applied in turn:
 
 (a: other shaking, `harvester.mechanics.kernels.shaking`)
 
+Beyond the paper the spring may have terms alpha2 x^2 and -softening x |x|; with ``inertia`` the
+mass is m = 1 + inertia x^2, so that m x'' + inertia x x'^2 = F, which conserves m x'^2/2 for F = 0;
+with ``gamma`` the coupling is g = 1 + gamma x^2: V' + mu V = g x', and the force is -beta g V.
+
 One drift of length h between two kicks makes a step; read half-way through a drift, the
 composition is symmetric and of second order.  During a drift the mass moves at constant
 speed, so it meets the stop at most once and never leaves x >= 0, whatever h and r.  Where no
@@ -56,7 +60,7 @@ def decayed(z):
 
 
 @inlined
-def drift(s, d, mu, r):
+def drift(s, d, mu, r, gamma=None):
     """Move for the time of d at constant velocity, reflect at the stop, and carry the voltage along.
 
     With e = exp(-mu h) and g = (1 - e)/mu (`harvester.mechanics.kernels.intervals`) the voltage is
@@ -65,10 +69,12 @@ def drift(s, d, mu, r):
         V(h) = e V + v [g - (1 + r) (1 - exp(-mu a))/mu]   impact with a time a still to go
 
     and without a load (mu None) V - x is conserved.  A ``line`` stands for (1 - exp(-mu a))/mu without a division.
-    Returns the state, and the speed of the impact or 0.
+    Returns the state, and the speed of the impact or 0.  With ``gamma`` there is no stop.
     """
     if d.weight is not None:
         return drift_by_ngspice_rule(s, d.t, mu, r, d.weight)
+    if gamma is not None:
+        return _drift_with_growing_coupling(s, d, mu, gamma)
     x = s.x
     v = s.v
     V = s.V
@@ -88,6 +94,20 @@ def drift(s, d, mu, r):
         V1 = d.e * V + v * (d.g - (1.0 + r) * decayed(mu * after) / mu)
     speed = -v if hit else 0.0
     return State(x2, (-r * v if hit else v), V1), speed
+
+
+@inlined
+def _drift_with_growing_coupling(s, d, mu, gamma):
+    """A drift without a stop whose V sees the coupling's mean over its way.
+
+    That is 1 + gamma (x0^2 + x0 x1 + x1^2)/3, symmetric in its ends, so that the step stays
+    symmetric and of second order; without a load it is exact.
+    """
+    x1 = s.x + d.t * s.v
+    mean = 1.0 + gamma * (1.0 / 3.0) * (s.x * s.x + s.x * x1 + x1 * x1)
+    if mu is None:
+        return State(x1, s.v, s.V + d.t * mean * s.v), 0.0
+    return State(x1, s.v, d.e * s.V + d.g * mean * s.v), 0.0
 
 
 @inlined
@@ -143,7 +163,7 @@ def drift_at_stop(s, d, c, r, pull=None, shaking=None):
     `drift`.
     """
     if r is None or c.n1 is not None or d.weight is not None:
-        return drift(s, d, c.mu, r)
+        return drift(s, d, c.mu, r, c.gamma)
     if c.beta is None and pull is None and shaking is None:
         return drift(s, d, c.mu, r)
     return _drift_and_stick(s, d, c, r, push(s.x, s.V, c, pull, shaking))
@@ -206,7 +226,10 @@ def intensity(x, c):
 
 @inlined
 def spring(x, c):
-    """Spring force -(linear x + alpha2 x^2 + alpha x^3), of the terms present; linear None is 1."""
+    """Spring force -(linear x + alpha2 x^2 + alpha x^3 - softening x |x|), of the terms present.
+
+    A linear of None is 1.
+    """
     force = -x
     if c.linear is not None:
         force *= c.linear
@@ -214,7 +237,25 @@ def spring(x, c):
         force -= c.alpha2 * x * x
     if c.alpha is not None:
         force -= c.alpha * x * x * x
+    if c.softening is not None:
+        force += c.softening * x * abs(x)
     return force
+
+
+@inlined
+def coupling(x, c):
+    """The coupling 1 + gamma x^2 over that at rest."""
+    if c.gamma is None:
+        return 1.0
+    return 1.0 + c.gamma * x * x
+
+
+@inlined
+def withheld(x, c):
+    """The part of white noise's power N(x) that a mass 1 + inertia x^2 does not take up."""
+    if c.inertia is None or (c.n1 is None and c.n2 is None):
+        return 0.0
+    return intensity(x, c) * (1.0 - 1.0 / (1.0 + c.inertia * x * x))
 
 
 @inlined
@@ -255,15 +296,30 @@ def kick(s, xi, h, c, a=None, other=None):
     """
     force = spring(s.x, c)
     if c.beta is not None:
-        force -= c.beta * s.V
+        force -= c.beta * s.V * coupling(s.x, c)
     if a is not None:
         force += a
     dv = h * force
     if c.n1 is not None or c.n2 is not None:
         dv += impulse(s.x, xi, h, c, other)
+    if c.inertia is not None:
+        return _kicked_with_inertia(s, dv, h, c)
     if not is_damped(c):
         return s.v + dv
     v = s.v
     if c.cv is not None:
         v = 0.5 * (s.v + _damped(s.v, dv, h * friction(s.x, s.v, c)))
     return _damped(s.v, dv, h * friction(s.x, v, c))
+
+
+@inlined
+def _kicked_with_inertia(s, dv, h, c):
+    """The velocity after a kick of the mass 1 + inertia x^2.
+
+    The term inertia x x' is one more friction, of any sign.
+    """
+    m = 1.0 + c.inertia * s.x * s.x
+    part = h / m
+    slowed = part * (friction(s.x, s.v, c) + c.inertia * s.x * s.v)
+    v = 0.5 * (s.v + _damped(s.v, dv / m, slowed))
+    return _damped(s.v, dv / m, part * (friction(s.x, v, c) + c.inertia * s.x * v))

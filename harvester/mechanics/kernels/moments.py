@@ -9,7 +9,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
-from harvester.mechanics.kernels.equation_of_motion import friction
+from harvester.mechanics.kernels.equation_of_motion import friction, withheld
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.path import Path
 from harvester.mechanics.kernels.trajectory_batch import IDEAL_SUMS
@@ -36,7 +36,8 @@ class Moments:
     v2: Floats
     xV: Floats  # noqa: N815 - the paper's symbols
     vV: Floats  # noqa: N815
-    damped: Floats  # f(x) x'^2
+    # f(x) x'^2, and the power of white noise that a mass 1 + inertia x^2 does not take up
+    damped: Floats
     impacts: Floats  # impacts in a unit of time
     impact_loss: Floats  # energy that the stops took in a unit of time
     driven: Floats  # power that other shaking than white noise put in, a x'
@@ -105,6 +106,7 @@ class Moments:
 
 # On arrays the uncompiled function does the same.
 _friction = friction.py_func  # type: ignore[attr-defined]
+_withheld = withheld.py_func  # type: ignore[attr-defined]
 
 
 def correlation_time(means: Floats, values: Floats, length: float) -> float:
@@ -195,7 +197,7 @@ def from_path(
         return np.asarray(values.mean(axis=1))
 
     v2 = mean(0.5 * (Vk**2 + V**2))
-    load = (eqs.mu or 0.0) * v2
+    load = (eqs.load or 0.0) * v2
     if circuit is not None and path.U is not None:
         power = circuit.mu * path.U[first : first + rows * batches] ** 2
         load = power.reshape(batches, -1).mean(axis=1)
@@ -207,7 +209,7 @@ def from_path(
         v2=mean(v**2),
         xV=mean(0.5 * (xk * Vk + x * V)),
         vV=mean(v * V),
-        damped=mean(_friction(x, v, eqs) * v**2),
+        damped=mean(_friction(x, v, eqs) * v**2 + _withheld(x, eqs)),
         impacts=np.histogram(times, edges)[0] / length,
         impact_loss=np.histogram(times, edges, weights=lost)[0] / length,
         driven=mean(a * v),

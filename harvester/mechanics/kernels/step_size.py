@@ -65,9 +65,12 @@ def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> flo
     modes the highest asks for `STEP_OF_HIGHEST`, or for `AT_STOP`.
     """
     linear, alpha2, alpha = eqs.spring
-    slope = linear + 2.0 * abs(alpha2) * math.sqrt(x2) + 3.0 * abs(alpha) * x2
+    soft = abs(alpha2) + (eqs.softening or 0.0)
+    slope = linear + 2.0 * soft * math.sqrt(x2) + 3.0 * abs(alpha) * x2
     bounces = 0.0 if v2 is None else min(chatter(eqs.pressure, eqs.n1, v2), FASTEST_CHATTER)
-    frequency = math.sqrt(max(slope, 1.0) + (eqs.beta or 0.0) + bounces**2)
+    grown = 1.0 + abs(eqs.gamma or 0.0) * x2
+    frequency = math.sqrt(max(slope, 1.0) + (eqs.beta or 0.0) * grown * grown + bounces**2)
+    frequency *= 1.0 + (eqs.inertia or 0.0) * x2
     if eqs.bandwidth is not None:
         frequency = max(frequency, (eqs.centre or 0.0) + eqs.bandwidth)
     if eqs.drive is not None:

@@ -22,6 +22,7 @@ from harvester.mechanics.kernels.equation_of_motion import (
     friction,
     impulse,
     is_damped,
+    withheld,
 )
 from harvester.mechanics.kernels.ideal_circuit import Store, conducted, until_last_event
 from harvester.mechanics.kernels.intervals import drifts, interval
@@ -166,6 +167,8 @@ def add_sample(i, sums, s, mid, c):
     sums[8, i] += mid.v * mid.V
     if is_damped(c):
         sums[9, i] += friction(mid.x, mid.v, c) * mid.v * mid.v
+    if c.inertia is not None:
+        sums[9, i] += withheld(mid.x, c)
 
 
 @forced

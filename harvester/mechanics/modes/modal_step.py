@@ -61,7 +61,7 @@ def modal_coefficients(eqs: Equations) -> ModalCoefficients:
     """The coefficients of equations with several modes, as their kernels take them."""
     modes = eqs.modes
     assert modes is not None
-    names = ("mu", "alpha", "beta", *friction_names(), "cv", "n1", "linear", "alpha2")
+    names = ("mu", "alpha", "beta", *friction_names(), "cv", "n1", "linear", "alpha2", "softening")
     plain = Coefficients(**{name: getattr(eqs, name) for name in names})
     of = ModalCoefficients(
         plain, None, modes.stiffness, modes.damping, modes.coupling, modes.base, modes.oscillator

@@ -190,6 +190,9 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "needs_shaking": "engine {engine!r} starts at rest and needs external noise, or a base that moves: use engine "
     "'ensemble'",
     "unknown_effects": _unknown_effects,
+    "beyond_ngspice": lambda effects: _unknown_effects(
+        "lock-step with ngspice", effects, "engine 'ensemble'"
+    ),
     "unserved_effects": _unserved_effects,
     # formulas
     "closed_form": "no sampling or model error: the linear equations are solved exactly (up to rounding)",

@@ -15,6 +15,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
+from harvester.presentation.messages.unknown_parts import MEASURED_CURRENT
 from harvester.storage.held_in_ngspice import error_of_circuit
 from harvester.storage.measured_current import measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached, times_to
@@ -22,7 +23,7 @@ from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 from harvester.studies.charging.afterwards import afterwards
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
 from harvester.studies.charging.side_by_side import charge_side_by_side
-from harvester.uncertainty.value import bound95
+from harvester.uncertainty.value import half95
 
 RUNS = 512  # direct ones under noise
 SLOW_FROM = 30.0  # time constants of the mass: a charge that takes less is not slow
@@ -185,7 +186,10 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
         problem, table, reached(table, top, *store), free, runs.seed
     )
     judge, unknown = error_of_circuit(problem, top, runs.seed)
-    model = np.array([bound95(0.0, stderr) for stderr in error_of_times(levels, table, *store)])
+    sampling = error_of_times(levels, table, *store)
+    if not np.isfinite(sampling).all():
+        unknown = " and ".join(filter(None, (unknown, MEASURED_CURRENT)))
+    model = half95(_finite(sampling))
     model += _finite(times_to(levels, table.halved(), *store) - mean) + (
         judge + elements + separation
     ) * _finite(mean)

@@ -122,6 +122,6 @@ def _change_of_ratio(scene: Any, x0: Floats, k: int) -> float:
     def ratio(change: float) -> float:
         problem = Problem(scene(np.where(np.arange(len(x0)) == k, x0 * (1.0 + change), x0)))
         eqs, units = problem.equations, problem.units
-        return float(np.log((eqs.beta or 0.0) * (eqs.mu or 0.0) * units.watts / units.volts**2))
+        return float(np.log((eqs.beta or 0.0) * (eqs.load or 0.0) * units.watts / units.volts**2))
 
     return (ratio(STEP) - ratio(-STEP)) / (2.0 * STEP * float(x0[k]))
