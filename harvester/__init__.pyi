@@ -2,6 +2,7 @@ from .answers.estimate import Estimate as Estimate
 from .cosimulation.coupled_models import Cosimulation as Cosimulation
 from .cosimulation.coupled_models import cosimulate as cosimulate
 from .cosimulation.ports import Coil as Coil
+from .devices.part_file import export as export
 from .engines import Averaged as Averaged
 from .engines import Cheapest as Cheapest
 from .engines import Compiled as Compiled

@@ -13,6 +13,8 @@ from harvester.errors import CircuitError, InputError, MissingProgramError, show
 
 OPTIONAL = {  # package: the extra that brings it, and what uses it
     "panel": ("explore", "'harvester explore'"),
+    "ziglang": ("fmu", "'harvester export --fmu'"),
+    "fmpy": ("fmu", "running an FMU in Python"),
     "distributed": ("dask", "sweeps on several machines"),
     "playwright": ("test", "tests in a browser"),
     "sphinx": ("docs", "building the pages"),

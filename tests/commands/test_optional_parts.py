@@ -23,6 +23,11 @@ PARTS = {
         ["sweep", PLATE, "--vary", "load.parameters.R=1k,2k", "--scheduler", "tcp://127.0.0.1:1"],
         "pip install 'piezo-harvester[dask]'",
     ),
+    "fmu": (
+        ["ziglang"],
+        ["export", PLATE, "--fmu", "/nowhere/plate.fmu"],
+        "pip install 'piezo-harvester[fmu]'",
+    ),
     "tolerance": (
         ["SALib.analyze"],
         [

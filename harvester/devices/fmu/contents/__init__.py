@@ -1,0 +1,1 @@
+"""Files inside an FMU: libraries, the description of the variables, and documents."""

@@ -1,0 +1,68 @@
+"""Libraries of an FMU for several systems, linked on one machine by the C compiler of ziglang."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from harvester.devices.fmu.objects import Platform, emitted
+from harvester.errors import MissingProgramError, SimulationError
+from harvester.machine import folders
+
+SOURCES = Path(__file__).parents[1]
+LONGEST = 600.0  # s, for one library: the first one of a system builds that system's C library too
+REMEDY = "python -m pip install 'piezo-harvester[fmu]'"
+
+
+def check_compiler() -> None:
+    """Raise MissingProgramError without ziglang."""
+    if importlib.util.find_spec("ziglang") is None:
+        raise MissingProgramError(
+            f"an FMU must be linked by the package ziglang, but it is missing: {REMEDY}"
+        )
+
+
+def library(code: str, header: str, platform: Platform, fmi: int) -> bytes:
+    """The library of the compiled part and of the interface FMI 2 or 3 for a platform.
+
+    Raises SimulationError if the compiler fails, with its first line.
+    """
+    with tempfile.TemporaryDirectory(prefix="harvester-fmu-") as name:
+        folder = Path(name)
+        (folder / "model.h").write_text(header)
+        (folder / "part.o").write_bytes(emitted(code, platform))
+        out = folder / f"part.{platform.ending}"
+        command = [
+            *(sys.executable, "-m", "ziglang", "cc", "-target", platform.target, "-O2", "-shared"),
+            *("-fPIC", "-fvisibility=hidden", "-fno-sanitize=undefined", "-w", "-g0"),
+            *("-I", str(folder), "-I", str(SOURCES), "-o", str(out)),
+            *(str(SOURCES / f"fmi{fmi}.c"), str(folder / "part.o")),
+            *(["-lm"] if platform.has_libm else []),
+            *(["-s"] if platform.ending != "dylib" else []),
+        ]
+        cache = folders.cache_folder()
+        kept = {} if cache is None else {"ZIG_GLOBAL_CACHE_DIR": str(cache / "zig")}
+        environment = {**os.environ, **kept, "ZIG_LOCAL_CACHE_DIR": str(folder / "zig")}
+        try:
+            done = subprocess.run(
+                command,
+                capture_output=True,
+                text=True,
+                timeout=LONGEST,
+                env=environment,
+                check=False,
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise SimulationError(
+                f"the C compiler did not link the FMU for {platform.name}: {error}"
+            ) from None
+        if done.returncode != 0 or not out.is_file():
+            first = next(
+                (line for line in done.stderr.splitlines() if "error" in line), done.stderr[:200]
+            )
+            raise SimulationError(
+                f"the C compiler did not link the FMU for {platform.name}: {first.strip()}"
+            )
+        return out.read_bytes()

@@ -1,0 +1,136 @@
+"""Objects for other systems of a function that numba has compiled here, emitted by LLVM.
+
+The code of numba is optimised for no processor in particular. All of it but the entry is made
+internal and optimised once more, which removes functions for Python alone, and with them
+instructions that other processors lack.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import llvmlite.binding as llvm
+
+from harvester.errors import SimulationError
+
+# a name of its own: old C libraries have symbols such as `advance` and `step`
+ENTRY = "harvester_part"
+# Functions of the C library
+LIBRARY = {
+    "acos",
+    "atan2",
+    "ceil",
+    "cos",
+    "exp",
+    "expm1",
+    "floor",
+    "fmax",
+    "fmin",
+    "fmod",
+    "log",
+    "log1p",
+    "memcpy",
+    "memset",
+    "pow",
+    "sin",
+    "sqrt",
+}
+binding: Any = llvm
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A system: its name, LLVM's triple, zig's target, and the folders of FMI 2 and 3."""
+
+    name: str
+    triple: str
+    target: str
+    ending: str
+    folders: tuple[str, str]
+
+    @property
+    def has_libm(self) -> bool:
+        """Whether mathematical functions have a library of their own."""
+        return self.ending == "so"
+
+
+PLATFORMS = {
+    platform.name: platform
+    for platform in (
+        Platform(
+            name="linux-x86_64",
+            triple="x86_64-unknown-linux-gnu",
+            target="x86_64-linux-gnu.2.17",
+            ending="so",
+            folders=("linux64", "x86_64-linux"),
+        ),
+        Platform(
+            name="linux-aarch64",
+            triple="aarch64-unknown-linux-gnu",
+            target="aarch64-linux-gnu.2.17",
+            ending="so",
+            folders=("aarch64-linux", "aarch64-linux"),
+        ),
+        Platform(
+            name="windows-x86_64",
+            triple="x86_64-w64-windows-gnu",
+            target="x86_64-windows-gnu",
+            ending="dll",
+            folders=("win64", "x86_64-windows"),
+        ),
+        Platform(
+            name="macos-aarch64",
+            triple="arm64-apple-darwin",
+            target="aarch64-macos",
+            ending="dylib",
+            folders=("darwin64", "aarch64-darwin"),
+        ),
+    )
+}
+SYSTEMS = {"linux": "linux", "windows": "windows", "darwin": "macos"}
+
+
+def host() -> str | None:
+    """The platform of this machine, by LLVM's triple; None for one that is not in `PLATFORMS`."""
+    triple = str(binding.get_default_triple())
+    processor = triple.partition("-")[0].replace("arm64", "aarch64")
+    for word, system in SYSTEMS.items():
+        if word in triple and f"{system}-{processor}" in PLATFORMS:
+            return f"{system}-{processor}"
+    return None
+
+
+def emitted(code: str, platform: Platform) -> bytes:
+    """The object file of LLVM code whose C function becomes `ENTRY`.
+
+    Raises SimulationError for code that needs a function outside the C library.
+    """
+    binding.initialize_all_targets()
+    binding.initialize_all_asmprinters()
+    machine = binding.Target.from_triple(platform.triple).create_target_machine(
+        opt=3, reloc="pic", codemodel="default"
+    )
+    module = binding.parse_assembly(re.sub(r'target (triple|datalayout) = "[^"]*"', "", code))
+    module.triple = platform.triple
+    module.data_layout = str(machine.target_data)
+    entries = [function.name for function in module.functions if function.name.startswith("cfunc.")]
+    for function in module.functions:
+        if not function.is_declaration and function.name not in entries:
+            function.linkage = "internal"
+    for variable in module.global_variables:
+        if not variable.is_declaration:
+            variable.linkage = "internal"
+    (entry,) = entries
+    module.get_function(entry).name = ENTRY
+    module.get_function(ENTRY).visibility = "hidden"
+    builder = binding.create_pass_builder(
+        machine, binding.create_pipeline_tuning_options(speed_level=3)
+    )
+    builder.getModulePassManager().run(module, builder)
+    outside = {function.name for function in module.functions if function.is_declaration}
+    unknown = {name for name in outside if not name.startswith("llvm.")} - LIBRARY
+    if unknown:
+        raise SimulationError(
+            f"the compiled part must be free of Python, but needs {', '.join(sorted(unknown))}"
+        )
+    return bytes(machine.emit_object(module))

@@ -1,0 +1,203 @@
+/* A device as a part of a functional mock-up unit: what the interfaces of FMI 2.0 and 3.0 share.
+
+   The physics is in harvester_part, which is compiled from the package's own kernels; here are only the bookkeeping of
+   variables, units, states and times.  model.h is written for each scene. */
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BEGIN, ADVANCE, STOPPING, JUMP, READ };                /* harvester/mechanics/part/state.py */
+enum { DONE, EVENT, FAILED };
+enum { PARAMETER, TUNABLE, INPUT, OUTPUT, TIME };             /* what a variable is */
+enum { CREATED, INITIALISING, RUNNING, AT_EVENT, ENDED };     /* where an instance stands */
+enum { FLOAT, INTEGER };
+
+typedef struct {
+    const char *name;
+    int kind, type;
+    double start, least, most;
+    int output, unit; /* of an output: its place in what READ reports, and the number that is its unit */
+} Variable;
+
+/* A number of the compiled part is `base` times the product of (variable/start)^power over its terms. */
+typedef struct { int number, variable; double power; } Term;
+
+#include "model.h"
+
+long long harvester_part(long long what, double *numbers, double *w, uint64_t *words, double *out, double until);
+
+typedef struct { /* all that a state is: saved and restored as it stands */
+    double v[VARIABLES];
+    double numbers[NUMBERS];
+    double w[STATE_SIZE];
+    double out[OUT_SIZE];
+    uint64_t words[2];
+    double time, origin, slope; /* slope of the base's acceleration in the coming step */
+    int phase, stale;
+} Data;
+
+typedef struct Part {
+    Data data;
+    void *environment;
+    void (*say)(struct Part *part, const char *words);
+    void *logger;
+    char *name;
+    int events, early;
+} Part;
+
+static void complain(Part *part, const char *format, ...) {
+    char words[400];
+    va_list rest;
+    va_start(rest, format);
+    vsnprintf(words, sizeof words, format, rest);
+    va_end(rest);
+    if (part->say) part->say(part, words);
+}
+
+static void numbers_of(Data *d) {
+    for (int k = 0; k < NUMBERS; k++) d->numbers[k] = BASE[k];
+    for (int k = 0; k < TERMS_COUNT; k++) {
+        const Term *t = TERMS + k;
+        double ratio = d->v[t->variable] / VARIABLE[t->variable].start;
+        if (ratio != 1.0) d->numbers[t->number] *= pow(ratio, t->power);
+    }
+}
+
+static uint64_t split_mix(uint64_t *z) { /* Steele, Lea and Flood 2014: words for the generator from a seed */
+    uint64_t x = (*z += 0x9e3779b97f4a7c15u);
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    return x ^ (x >> 31);
+}
+
+static void to_start(Data *d) {
+    memset(d, 0, sizeof *d);
+    for (int k = 0; k < VARIABLES; k++) d->v[k] = VARIABLE[k].start;
+    d->phase = CREATED;
+    d->stale = 1;
+    numbers_of(d);
+}
+
+/* The first state of the parameters; 0 with words, if there is none. */
+static int begin(Part *part) {
+    Data *d = &part->data;
+    numbers_of(d);
+    memset(d->w, 0, sizeof d->w);
+    d->w[W_X] = d->v[V_DISPLACEMENT] / d->numbers[N_LENGTH];
+    d->w[W_SPEED] = d->v[V_VELOCITY] / d->numbers[N_SPEED];
+    d->w[W_VOLTAGE] = d->v[V_VOLTAGE] / d->numbers[N_VOLTS];
+    d->w[W_STORE] = V_STORE < 0 ? 0.0 : d->v[V_STORE] / d->numbers[N_VOLTS];
+    d->w[W_FOLLOWER] = d->w[W_X];
+    uint64_t z = V_SEED < 0 ? 0 : (uint64_t)(int64_t)d->v[V_SEED];
+    d->words[0] = split_mix(&z) | 1;
+    d->words[1] = split_mix(&z);
+    double low = N_LOW < 0 ? -INFINITY : d->numbers[N_LOW], high = N_HIGH < 0 ? INFINITY : d->numbers[N_HIGH];
+    double slack = 1e-12 * (fabs(d->w[W_X]) + 1.0);
+    if (d->w[W_X] < low - slack || d->w[W_X] > high + slack) {
+        complain(part, "%s must be between the stops, from %g to %g m, but is %g m", VARIABLE[V_DISPLACEMENT].name,
+                 low * d->numbers[N_LENGTH], high * d->numbers[N_LENGTH], d->v[V_DISPLACEMENT]);
+        return 0;
+    }
+    d->w[W_X] = fmin(fmax(d->w[W_X], low), high);
+    d->stale = 1;
+    return 1;
+}
+
+/* Numbers of what acts now: inputs, which are held or go in a straight line from the present time on. */
+static void inputs(Data *d) {
+    double since = (d->time - d->origin) * FREQUENCY;
+    d->numbers[N_A] = -d->v[V_BASE] / d->numbers[N_ACCELERATION];
+    d->numbers[N_SLOPE] = -d->slope / d->numbers[N_ACCELERATION] / FREQUENCY;
+    d->numbers[N_SINCE] = since;
+    if (N_CURRENT >= 0) d->numbers[N_CURRENT] = d->v[V_CURRENT < 0 ? 0 : V_CURRENT] / d->numbers[N_AMPERES];
+}
+
+static void refresh(Part *part) {
+    Data *d = &part->data;
+    if (!d->stale) return;
+    if (d->phase == INITIALISING || d->phase == CREATED) begin(part);
+    inputs(d);
+    harvester_part(READ, d->numbers, d->w, d->words, d->out, 0.0);
+    d->stale = 0;
+}
+
+static double value_of(Part *part, int k) {
+    Data *d = &part->data;
+    const Variable *v = VARIABLE + k;
+    if (v->kind == TIME) return d->time;
+    if (v->kind != OUTPUT) return d->v[k];
+    refresh(part);
+    double shift = v->output == OUT_IMPACT_TIME && d->out[OUT_IMPACTS] > 0.0 ? d->origin : 0.0;
+    return d->out[v->output] * (v->unit < 0 ? 1.0 : d->numbers[v->unit]) + shift;
+}
+
+enum { FINE, REFUSED, WRONG }; /* taken; a value out of range; not to be set now */
+
+static int set_value(Part *part, int k, double x) {
+    Data *d = &part->data;
+    const Variable *v = VARIABLE + k;
+    if (v->kind == OUTPUT || v->kind == TIME) {
+        complain(part, "%s must be left to the model, for it is an output", v->name);
+        return WRONG;
+    }
+    if (v->kind == PARAMETER && d->phase != CREATED && d->phase != INITIALISING) {
+        complain(part, "%s must be set before the end of the initialisation, for it is fixed then", v->name);
+        return WRONG;
+    }
+    if (!(x >= v->least && x <= v->most)) {
+        complain(part, "%s must be between %g and %g, but is %g", v->name, v->least, v->most, x);
+        return REFUSED;
+    }
+    if (d->v[k] == x) return FINE;
+    d->v[k] = x;
+    d->stale = 1;
+    if (d->phase == RUNNING || d->phase == AT_EVENT) numbers_of(d);
+    return FINE;
+}
+
+/* Go by a step to t + h; `stop`: to the next impact, if that is earlier. DONE, EVENT or FAILED, with words. */
+static int step(Part *part, double t, double h, int stop) {
+    Data *d = &part->data;
+    if (!(h > 0.0) || !isfinite(h)) {
+        complain(part, "the communication step must be above 0 s and finite, but is %g s", h);
+        return FAILED;
+    }
+    if (!(fabs(t - d->time) <= 1e-9 * (fabs(t) + h))) {
+        complain(part, "the communication point must be %.17g s, where the last step ended, but is %.17g s", d->time, t);
+        return FAILED;
+    }
+    inputs(d);
+    double until = (t + h - d->origin) * FREQUENCY;
+    int answer = (int)harvester_part(stop ? STOPPING : ADVANCE, d->numbers, d->w, d->words, d->out, until);
+    d->stale = 1;
+    if (answer != EVENT) d->slope = 0.0;
+    if (answer == FAILED) {
+        complain(part, "the motion must stay finite, but has grown without bound by %g s: see the damping", t + h);
+        return FAILED;
+    }
+    d->time = answer == EVENT ? d->origin + d->w[LOCATED ? W_TIME : W_NOW] / FREQUENCY : t + h;
+    return answer;
+}
+
+static Part *made(const char *name) {
+    Part *part = calloc(1, sizeof *part);
+    if (!part) return NULL;
+    part->name = malloc(strlen(name ? name : "") + 1);
+    if (!part->name) {
+        free(part);
+        return NULL;
+    }
+    strcpy(part->name, name ? name : "");
+    to_start(&part->data);
+    return part;
+}
+
+static void unmade(Part *part) {
+    if (!part) return;
+    free(part->name);
+    free(part);
+}

@@ -1,0 +1,169 @@
+"""The plan of a scene's compiled part, and its numbers: kernels, step and outside actions."""
+
+import dataclasses
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.devices.fmu import fixed_scales
+from harvester.devices.fmu.fixed_scales import Units
+from harvester.equations.coefficients import Equations
+from harvester.equations.effects import SEVERAL_MODES
+from harvester.equations.problem import Problem
+from harvester.equations.scales import Scales
+from harvester.errors import CannotServeError, InputError
+from harvester.mechanics.kernels.coefficients import coefficients
+from harvester.mechanics.kernels.shaking import deviation, drawn_record, filter_of
+from harvester.mechanics.kernels.step_size import step_from_rest
+from harvester.mechanics.part import gridded, located
+from harvester.mechanics.part.entry import Plan, sections
+from harvester.mechanics.part.located import Wall
+from harvester.mechanics.part.numbers import names, values
+from harvester.mechanics.part.outside_forces import Outside
+
+OPEN_LOAD = 1e12  # ohm, of an electrical port without a load
+LONGEST_RECORD = 500_000  # accelerations inside the part
+NO_STOPS = dict.fromkeys(
+    ("r", "gap", "pull", "high", "r_high", "pull_high", "k", "c", "n1", "n2", "n12")
+)
+
+
+class CompiledPart(NamedTuple):
+    """A plan, the names of its numbers followed by those of its `Units`, and their values."""
+
+    plan: Plan
+    names: list[str]
+    values: list[float]
+
+
+def check(problem: Problem) -> None:
+    """Raise InputError for a nondimensional scene, CannotServeError for several modes."""
+    if not problem.physical:
+        raise InputError(
+            "the scene must be a device, with [oscillator] and [piezo], but is nondimensional"
+        )
+    several = [name.replace("_", " ") for name in problem.effects if name in SEVERAL_MODES]
+    if several:
+        raise CannotServeError(
+            f"an FMU has one mode, and does not know {' and '.join(several)}: leave it out"
+        )
+
+
+def part_of(problem: Problem, scales: Scales, outside: bool = False, seed: int = 0) -> CompiledPart:
+    """The compiled part of a problem in fixed ``scales``; ``outside`` leaves the load to a port.
+
+    ``seed`` draws the record of noise of a tabulated density.
+    """
+    eqs = fixed_scales.equations(problem, scales)
+    circuit = None
+    if outside:
+        eqs = dataclasses.replace(eqs, mu=_port_mu(problem, problem, scales))
+    elif problem.netlist:
+        circuit = fixed_scales.circuit(problem, scales)
+        if not circuit:
+            raise CannotServeError(
+                "an FMU has a resistor, or one of the package's ideal circuits, inside, but the "
+                "load is another netlist: leave the load to the importer with circuit outside"
+            )
+    plan = _plan(eqs, circuit, outside, step_of(eqs, circuit), seed)
+    units = fixed_scales.units(problem, scales)
+    return CompiledPart(plan, [*_names(plan), *Units._fields], [*numbers(plan), *units])
+
+
+def numbers(plan: Plan) -> list[float]:
+    """The numbers of a plan in the order of the compiled function."""
+    return [number for template in sections(plan).values() for number in values(template)]
+
+
+def _names(plan: Plan) -> list[str]:
+    """Their names, such as ``c.mu``."""
+    return [
+        f"{label}.{name}" for label, template in sections(plan).items() for name in names(template)
+    ]
+
+
+def step_of(eqs: Equations, circuit: object = None) -> float:
+    """The inner step, nondimensional."""
+    return step_from_rest(eqs, located.STEP if is_located(eqs, circuit) else gridded.STEP)
+
+
+def is_located(eqs: Equations, circuit: object) -> bool:
+    """Whether impacts are located between steps of high order; else a grid of steps is used."""
+    return not eqs.has_new_noise and not circuit and eqs.stop_stiffness is None
+
+
+def _plan(eqs: Equations, circuit: object, outside: bool, h: float, seed: int) -> Plan:
+    """The templates of the effects that the equations have."""
+    c = coefficients(eqs)
+    record, spacing = _record(eqs, h, seed)
+    actions = Outside(
+        a=0.0,
+        slope=0.0,
+        since=0.0,
+        drive=eqs.drive,
+        drive_frequency=eqs.drive_frequency,
+        current=0.0 if outside else None,
+        spacing=spacing,
+        record=record,
+    )
+    low, high = eqs.rigid_stops
+    return Plan(
+        located=is_located(eqs, circuit),
+        h=h,
+        c=c,
+        quiet=c._replace(**NO_STOPS),
+        low=_wall(low, eqs.restitution, 1.0),
+        high=_wall(high, eqs.opposite_restitution, -1.0),
+        outside=actions,
+        circuit=circuit,  # type: ignore[arg-type]
+        filter=None if eqs.coloured is None else filter_of(eqs, h)._replace(tone=None),
+        spread=0.0 if eqs.coloured is None else deviation(eqs, h),
+    )
+
+
+def _wall(x: float, restitution: float | None, side: float) -> Wall | None:
+    """A rigid stop; None for one that is absent, at infinity."""
+    return None if restitution is None or not math.isfinite(x) else Wall(x, restitution, side)
+
+
+def _record(eqs: Equations, h: float, seed: int) -> tuple[Floats | None, float | None]:
+    """The accelerations of a record, or of one drawn from a density, and the time between them."""
+    record = eqs.record
+    if eqs.density is not None:
+        record = drawn_record(eqs, h, np.random.default_rng(seed))
+    if record is None:
+        return None, None
+    count = max(round(record.period / h), 2)
+    if count > LONGEST_RECORD:
+        raise CannotServeError(
+            f"an FMU has a record of at most {LONGEST_RECORD} steps inside, but this one needs "
+            f"{count}: shorten it, or give the acceleration through the input"
+        )
+    return np.ascontiguousarray(record.at_even_times(count)), record.period / count
+
+
+def numbers_at(
+    changed: Problem, first: Problem, part: CompiledPart, outside: bool
+) -> list[float] | None:
+    """The numbers of a changed scene at the first one's scales; None if effects differ."""
+    scales = first.scales
+    plan = part.plan
+    eqs = fixed_scales.equations(changed, scales)
+    circuit = None
+    if outside:
+        eqs = dataclasses.replace(eqs, mu=_port_mu(first, changed, scales))
+    elif changed.netlist:
+        circuit = fixed_scales.circuit(changed, scales)
+    again = _plan(eqs, circuit, outside, plan.h, 0)
+    if _names(again) != _names(plan):
+        return None
+    return [*numbers(again), *fixed_scales.units(changed, scales)]
+
+
+def _port_mu(first: Problem, changed: Problem, scales: Scales) -> float:
+    """The rate 1/(R Cp w0) of a port: the first scene's load, the changed one's capacitance."""
+    load = first.scene.load
+    resistance = OPEN_LOAD if load is None else load.resistance or OPEN_LOAD
+    return 1.0 / (resistance * changed.scene.modal.capacitance * scales.frequency)

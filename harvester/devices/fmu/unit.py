@@ -1,0 +1,165 @@
+"""A scene's device as a functional mock-up unit: a part for simulators that import FMI 2.0 or 3.0.
+
+The library inside is made of this package's own kernels, which numba compiles and LLVM emits for
+each system; it contains no Python.  It advances by inner steps, whatever the communication step:
+without noise and with a resistor from impact to impact at sixth order
+(`harvester.mechanics.part.located`), else on the grid of the package's ensembles
+(`harvester.mechanics.part.gridded`).
+"""
+
+import datetime
+import hashlib
+import io
+import re
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from harvester.devices.fmu import parts
+from harvester.devices.fmu.objects import PLATFORMS, host
+from harvester.devices.fmu.variables import Variable, variables
+from harvester.engines.protocol import AnyScene
+from harvester.equations.problem import Problem
+from harvester.errors import invalid, unknown
+from harvester.machine import files
+
+VERSIONS = (2, 3)
+CIRCUITS = ("inside", "outside")
+FIRST_DATE = (1980, 1, 1, 0, 0, 0)  # of the files inside: the same scene gives the same bytes
+
+
+@dataclass(frozen=True)
+class Exported:
+    """An FMU as written: name, variables, platforms, inner step (s) and size (bytes)."""
+
+    name: str
+    variables: list[Variable]
+    platforms: list[str]
+    step: float
+    size: int
+
+
+def export_fmu(
+    scene: AnyScene,
+    out: str | Path,
+    *,
+    circuit: str = "inside",
+    fmi: int = 2,
+    platforms: str | Sequence[str] | None = None,
+    seed: int = 0,
+    argument: str = "out",
+) -> Exported:
+    """Write a scene's device as the FMU ``out``, a part for simulators of machines.
+
+    Parameters
+    ----------
+    scene
+        a Scene of a device, or the path of its file.
+    out
+        the file to write, such as device.fmu.
+    circuit
+        "inside": the load is in the FMU, a resistor or an ideal circuit of the package; "outside":
+        the FMU has an electrical port, with current (A) and load resistance (ohm) as inputs and
+        the voltage (V) as an output.
+    fmi
+        2: FMI 2.0 for co-simulation; 3: FMI 3.0 with event mode, in which an impact ends a
+        communication step early.
+    platforms
+        some of "linux-x86_64", "linux-aarch64", "windows-x86_64" and "macos-aarch64", or "all";
+        None: this machine's.
+    seed
+        draws the record of noise of a tabulated density.
+    argument
+        how errors name ``out``.
+
+    Raises
+    ------
+    InputError
+        for a nondimensional scene, an unknown option, and a file that cannot be written.
+    CannotServeError
+        for further modes, and a circuit inside that is a netlist of another kind.
+    MissingProgramError
+        without the package ziglang.
+    """
+    from harvester.devices.fmu.contents import build
+    from harvester.devices.fmu.contents.description import ModelFacts, description, terminals
+    from harvester.devices.fmu.contents.documents import documents
+    from harvester.devices.fmu.contents.header import header
+
+    problem = Problem.of(scene).plain
+    path, name = _checked(out, argument)
+    chosen = _options(circuit, fmi, platforms)
+    parts.check(problem)
+    build.check_compiler()
+    part = parts.part_of(problem, problem.scales, circuit == "outside", seed)
+    some = variables(problem, part, circuit == "outside")
+    code = _compiled(part)
+    frequency = problem.scales.frequency
+    step = part.plan.h / frequency
+    content = header(some, part, "", frequency)
+    token = "{" + hashlib.sha256(f"{fmi}{content}{code}".encode()).hexdigest()[:32] + "}"
+    content = header(some, part, token, frequency)
+    title = problem.scene.title or problem.scene.name
+    now = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    model = ModelFacts(name=name, token=token, title=title, step=step, time=now)
+    inside: dict[str, bytes] = {"modelDescription.xml": description(some, model, fmi).encode()}
+    for key in chosen:
+        platform = PLATFORMS[key]
+        file = f"binaries/{platform.folders[fmi - 2]}/{name}.{platform.ending}"
+        inside[file] = build.library(code, content, platform, fmi)
+    if fmi == 3:
+        inside["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(some).encode()
+    inside |= documents(title, some, step)
+    data = _zipped(inside)
+    files.write(path, data, argument)
+    return Exported(name, some, chosen, step, len(data))
+
+
+def _checked(out: str | Path, argument: str) -> tuple[Path, str]:
+    """The file to write, and the name of the model; InputError for another kind of file."""
+    path = Path(out)
+    if path.suffix != ".fmu" or path.is_dir():
+        raise invalid(f"`{argument}`", "be a file that ends in .fmu, such as device.fmu", str(out))
+    name = re.sub(r"\W", "_", path.stem, flags=re.ASCII)
+    return path, name if re.match(r"[A-Za-z]", name) else f"device_{name}"
+
+
+def _options(circuit: str, fmi: int, platforms: str | Sequence[str] | None) -> list[str]:
+    """The platforms; InputError for an option that is unknown."""
+    if circuit not in CIRCUITS:
+        raise invalid("`circuit`", f"be {' or '.join(CIRCUITS)}", circuit)
+    if fmi not in VERSIONS:
+        raise invalid("`fmi`", "be 2 or 3", fmi)
+    if platforms is None:
+        platforms = [host() or "of this machine"]
+    elif isinstance(platforms, str):
+        platforms = platforms.split(",")
+    chosen = dict.fromkeys(platform.strip() for platform in platforms)
+    if "all" in chosen:
+        chosen = dict.fromkeys(PLATFORMS)
+    for platform in chosen:
+        if platform not in PLATFORMS:
+            raise unknown("platform", platform, [*PLATFORMS, "all"])
+    if not chosen:
+        raise invalid("`platforms`", f"be one at least of {', '.join(PLATFORMS)}", "none")
+    return list(chosen)
+
+
+def _compiled(part: parts.CompiledPart) -> str:
+    """The LLVM code of a part."""
+    from harvester.mechanics.part.entry import entry
+
+    return str(entry(part.plan).inspect_llvm())
+
+
+def _zipped(inside: dict[str, bytes]) -> bytes:
+    """The files as an archive."""
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in inside.items():
+            info = zipfile.ZipInfo(name, FIRST_DATE)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.external_attr = 0o644 << 16
+            archive.writestr(info, data)
+    return memory.getvalue()

@@ -1,0 +1,81 @@
+"""A scene's device as a file for other simulators: a subcircuit, or an FMU."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from harvester.engines.protocol import AnyScene
+from harvester.errors import InputError
+
+
+def export(
+    scene: AnyScene,
+    out: str | Path,
+    *,
+    name: str | None = None,
+    duration: str | float | None = None,
+    circuit: str | None = None,
+    fmi: int | None = None,
+    platforms: str | Sequence[str] | None = None,
+    seed: int = 0,
+) -> None:
+    """Write a scene's device as a part: an FMU to a file ``.fmu``, else a subcircuit.
+
+    >>> import harvester as hv
+    >>> mass = hv.Oscillator(mass="40 g", stiffness="16 N/m")
+    >>> piezo = hv.Piezo(coupling="1 mN/V", capacitance="50 nF")
+    >>> hv.export(hv.Scene(oscillator=mass, piezo=piezo), "/nowhere/plate.lib")
+    Traceback (most recent call last):
+    harvester.errors.InputError: `out` must take plate.lib, but writing failed: ...
+
+    Parameters
+    ----------
+    scene
+        a Scene of a device, or the path of its file.
+    out
+        the file: ``device.fmu`` for simulators that import FMI; ``device.lib`` for ngspice, LTspice
+        and KiCad.
+    name, duration
+        options of a subcircuit: its name (None: the file's), and the length (s) of noise that is
+        written point by point (None: 1000 periods).
+    circuit
+        option of an FMU: "inside" (None), with the load, a resistor or an ideal circuit; or
+        "outside", with an electrical port: current (A) and load resistance (ohm) in, voltage (V)
+        out.
+    fmi
+        option of an FMU: 2 (None) for FMI 2.0, or 3 for FMI 3.0 with event mode.
+    platforms
+        option of an FMU: some of "linux-x86_64", "linux-aarch64", "windows-x86_64" and
+        "macos-aarch64", or "all"; None: this machine's.
+    seed
+        draws noise that is written into the part.
+
+    Raises
+    ------
+    InputError
+        for a nondimensional scene, an option of the other kind of part, and a file that cannot be
+        written.
+    CannotServeError
+        for an effect that a part lacks, such as noise on the stiffness in a subcircuit, or several
+        modes in an FMU.
+    MissingProgramError
+        for an FMU without the package ziglang.
+    """
+    is_fmu = str(out).endswith(".fmu")
+    of_subcircuit = {"name": name, "duration": duration}
+    of_fmu = {"circuit": circuit, "fmi": fmi, "platforms": platforms}
+    others = of_subcircuit if is_fmu else of_fmu
+    kind = "a subcircuit" if is_fmu else "an FMU"
+    for option, value in others.items():
+        if value is not None:
+            raise InputError(f"`{option}` must belong to {kind}, but {str(out)!r} is not one")
+    options = of_fmu if is_fmu else of_subcircuit
+    given: dict[str, Any] = {key: value for key, value in options.items() if value is not None}
+    if is_fmu:
+        from harvester.devices.fmu.unit import export_fmu
+
+        export_fmu(scene, out, seed=seed, **given)
+    else:
+        from harvester.devices.export import export as export_subcircuit
+
+        export_subcircuit(scene, out, seed=seed, **given)

@@ -1,0 +1,338 @@
+"""A device on a grid of steps that begins at time 0: for noise, compliant stops and ideal circuits.
+
+The grid is that of the package's ensembles and paths (`harvester.mechanics.trace`): a kick at each
+point, half a kick at the first, and a drift between them with any number of impacts.  A time
+between two points is reached by a part of the drift, from the point before: whatever the
+communication steps, the path is the same to the last digit.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba import carray, types  # type: ignore[attr-defined]
+
+from harvester.mechanics.kernels.coefficients import Coefficients, State
+from harvester.mechanics.kernels.compiled import inlined, version_of
+from harvester.mechanics.kernels.driver import IdealLoad, drifted
+from harvester.mechanics.kernels.equation_of_motion import (
+    carried,
+    friction,
+    is_damped,
+    kick,
+    spring,
+)
+from harvester.mechanics.kernels.ideal_circuit import Store
+from harvester.mechanics.kernels.intervals import interval
+from harvester.mechanics.kernels.noise import shuffle, two_variates
+from harvester.mechanics.kernels.offset_stops import kick_at_stops
+from harvester.mechanics.kernels.shaking import Filter, shake
+from harvester.mechanics.part.outside_forces import (
+    Outside,
+    PartMotion,
+    acceleration,
+    at,
+    at_time,
+    dissipated,
+)
+from harvester.mechanics.part.part_state import (
+    ADVANCE,
+    DONE,
+    EVENT,
+    FAILED,
+    READ,
+    SLACK,
+    STOPPING,
+    kept,
+    loaded,
+    report,
+)
+
+STEP = 0.2  # of the package's default step: the energy of an impact between two kicks is then right
+DIGITS = 1.0 / 2.0**53
+
+
+class Gridded(NamedTuple):
+    """A device with a step h: coefficients without stops and with them, and a noise filter.
+
+    ``spread`` is the standard deviation with which filtered noise begins.
+    """
+
+    h: float
+    quiet: Coefficients
+    c: Coefficients
+    outside: Outside
+    filter: Filter | None
+    spread: float
+
+
+class Flight(NamedTuple):
+    """A motion with its load, and the effect of the stops since the last point of the grid."""
+
+    m: PartMotion
+    load: IdealLoad | None
+    number: float
+    time: float
+    speed: float
+    energy: float
+    impulse: float
+
+
+def with_store(load, w):
+    """The load with the store of the state."""
+
+
+@version_of(with_store, load=None)
+def _without_store(load, w):
+    return None
+
+
+@version_of(with_store, load=IdealLoad)
+def _with_store(load, w):
+    return IdealLoad(load.circuit, Store(w[7], w[8]), None)
+
+
+def keep_store(load, w):
+    """Keep the store of the load in the state."""
+
+
+@version_of(keep_store, load=None)
+def _keep_nothing(load, w):
+    return 0
+
+
+@version_of(keep_store, load=IdealLoad)
+def _keep_store(load, w):
+    w[7] = load.store.U
+    w[8] = load.store.m
+    return 0
+
+
+def load_energy(m, before, end, t, c):
+    """The energy out of the piezo in a drift of t from m, which has the ``end`` of `drifted`."""
+
+
+@version_of(load_energy, before=None)
+def _resistor_energy(m, before, end, t, c):
+    if c.mu is None:
+        return 0.0
+    s1, _, did = end
+    if did.number == 0.0:
+        return dissipated(m.V, s1.V, m.v, t, c.mu)
+    first = max(min(did.time, t), 0.0)
+    V = carried(m.V, m.v * first, first, c.mu)
+    return dissipated(m.V, V, m.v, first, c.mu) + dissipated(V, s1.V, s1.v, t - first, c.mu)
+
+
+@version_of(load_energy, before=IdealLoad)
+def _circuit_energy(m, before, end, t, c):
+    U = before.store.U
+    U1 = end[1].store.U
+    return before.circuit.mu * 0.5 * (U * U + U1 * U1) * t
+
+
+@inlined
+def flight(m, load, t, a, grid):
+    """The first t of the drift of a step; ``a`` is the shaking's mean over it."""
+    d = interval(grid.h, t, grid.c.mu)
+    end = drifted(State(m.x, m.v, m.V), d, grid.c, a, load)
+    s1, load1, did = end
+    energy = load_energy(m, load, end, t, grid.c)
+    m1 = PartMotion(
+        x=s1.x, v=s1.v, V=s1.V, t=m.t + t, work=m.work, load=m.load + energy, damping=m.damping
+    )
+    return Flight(
+        m=m1,
+        load=load1,
+        number=did.number,
+        time=did.time,
+        speed=did.speed,
+        energy=did.energy,
+        impulse=s1.v - m.v,
+    )
+
+
+@inlined
+def struck(m, h, a, xi, other, grid):
+    """The motion after a kick of a length h, half of the current before; work includes noise's."""
+    c = grid.c
+    current = grid.outside.current
+    V = m.V
+    load = m.load
+    if current is not None:
+        V -= 0.5 * h * current
+    v = kick_at_stops(State(m.x, m.v, V), xi, h, c, a, other)
+    middle = 0.5 * (m.v + v)
+    force = spring(m.x, c)
+    if c.beta is not None:
+        force -= c.beta * V
+    lost = 0.0
+    if is_damped(c):
+        lost = h * friction(m.x, middle, c) * middle * middle
+    work = 0.5 * (v * v - m.v * m.v) - h * force * middle + lost
+    if v == 0.0 and m.v == 0.0:
+        work = 0.0
+    if current is not None:
+        load += h * current * V
+        V -= 0.5 * h * current
+    return PartMotion(
+        x=m.x, v=v, V=V, t=m.t, work=m.work + work, load=load, damping=m.damping + lost
+    )
+
+
+@inlined
+def shown(m, load, t, a, grid):
+    """The flight of t after a point of the grid, its velocity moved to that time."""
+    f = flight(m, load, t, a, grid)
+    v = kick(State(f.m.x, f.m.v, f.m.V), 0.0, t - 0.5 * grid.h, grid.quiet, a)
+    return Flight(
+        m=at(f.m, f.m.x, v),
+        load=f.load,
+        number=f.number,
+        time=f.time,
+        speed=f.speed,
+        energy=f.energy,
+        impulse=f.impulse,
+    )
+
+
+@inlined
+def uniform(words):
+    """A number between 0 and 1, from 53 random bits."""
+    bits, words[0], words[1] = shuffle(words[0], words[1])
+    return ((bits >> types.uint64(11)) + 0.5) * DIGITS
+
+
+@inlined
+def white(words, c):
+    """The two variates of a kick; 0 and None without white noise."""
+    if c.n1 is None and c.n2 is None:
+        return 0.0, None
+    bits, words[0], words[1] = shuffle(words[0], words[1])
+    return two_variates(bits)
+
+
+@inlined
+def shaker_of(f, w, words):
+    """The filter of coloured noise on the state's own numbers; None without."""
+    if f is None:
+        return None
+    state = carray(w, (24,))
+    random = carray(words, (2,))
+    return Filter(
+        a11=f.a11,
+        a12=f.a12,
+        a21=f.a21,
+        a22=f.a22,
+        l11=f.l11,
+        l21=f.l21,
+        l22=f.l22,
+        gain=f.gain,
+        samples=None,
+        p=state[18:19],
+        q=state[19:20],
+        s0=random[0:1],
+        s1=random[1:2],
+        tone=None,
+    )
+
+
+@inlined
+def begin_noise(w, words, f, spread):
+    """Begin filtered noise with its stationary law."""
+    if f is not None:
+        length = spread * math.sqrt(-2.0 * math.log(uniform(words)))
+        angle = 2.0 * math.pi * uniform(words)
+        w[18] = length * math.cos(angle)
+        w[19] = length * math.sin(angle)
+
+
+@inlined
+def filtered(w, f):
+    """The filtered noise's present acceleration, 0 without."""
+    if f is None:
+        return 0.0
+    if f.gain is not None:
+        return f.gain * w[18]
+    return w[18]
+
+
+@inlined
+def step_noise(w, shaker):
+    """Advance filtered noise by a step: its acceleration afterwards."""
+    if shaker is None:
+        return 0.0
+    shake(carray(w, (24, 1))[20:22], False, shaker)
+    return w[21]
+
+
+@inlined
+def advanced(w, words, until, stopping, load, grid):
+    """Advance to the time ``until``, or ``stopping`` to the next impact."""
+    h = grid.h
+    f = grid.filter
+    outside = grid.outside
+    m = loaded(w)
+    load = with_store(load, w)
+    if w[16] == 0.0:
+        w[16] = 1.0
+        begin_noise(w, words, f, grid.spread)
+        a = acceleration(m.t, outside) + filtered(w, f)
+        m = struck(m, 0.5 * h, a, 0.0, None, grid)
+    shaker = shaker_of(f, w, words)
+    while True:
+        before = filtered(w, f)
+        now = acceleration(m.t, outside)
+        end = (w[15] + 1.0) * h
+        whole = end <= until + SLACK * h
+        if stopping:
+            coming = flight(m, load, h, now + before, grid)
+            when = m.t + max(coming.time, 0.0)
+            if coming.number > 0.0 and w[17] + SLACK * h < when <= until:
+                w[17] = when
+                keep_store(load, w)
+                return EVENT if kept(w, m) else FAILED
+        if not whole:
+            break
+        after = acceleration(end, outside) + step_noise(w, shaker)
+        step = flight(m, load, h, 0.5 * (now + before + after), grid)
+        w[9] += step.energy
+        w[10] += step.impulse
+        w[11] += step.number
+        if step.number > 0.0:
+            w[12] = m.t + step.time
+            w[13] = step.speed
+        xi, other = white(words, grid.c)
+        load = step.load
+        m = at_time(struck(step.m, h, after, xi, other, grid), end)
+        w[15] += 1.0
+    w[17] = until
+    keep_store(load, w)
+    return DONE if kept(w, m) else FAILED
+
+
+@inlined
+def gridded_part(task, w, words, out, until, load, grid):
+    """Advance, or report."""
+    if task == ADVANCE or task == STOPPING:  # noqa: PLR1714, SIM109 - as numba needs it
+        return advanced(w, words, until, task == STOPPING, load, grid)
+    if task == READ:
+        m = loaded(w)
+        load = with_store(load, w)
+        if w[16] == 0.0:
+            report(out, m, grid.quiet, grid.c, load, grid.outside)
+            out[5] = 0.0
+            out[6] = 0.0
+            out[7] = 0.0
+            out[9] = 0.0
+            out[13] = 0.0
+            return DONE
+        a = acceleration(m.t, grid.outside) + filtered(w, grid.filter)
+        now = shown(m, load, max(w[17] - m.t, 0.0), a, grid)
+        report(out, now.m, grid.quiet, grid.c, now.load, grid.outside)
+        hit = now.number > 0.0
+        out[5] = w[11] + now.number
+        out[6] = m.t + now.time if hit else w[12]
+        out[7] = now.speed if hit else w[13]
+        out[9] = w[10] + now.impulse
+        out[13] = w[9] + now.energy
+    return DONE
