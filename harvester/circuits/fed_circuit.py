@@ -17,7 +17,7 @@ def feed(circuit, state, room, table, top, h, delay, charge, stride, variates, o
 
     ``table``, shape (4, points), has I (A), tau (s), the piezo's mean square voltage and S (A^2 s) at even voltages up
     to ``top``; ``variates`` of xi are normal, one a step, or none.  The current begins after ``delay`` (s); ``charge``
-    (C) is the unit of charges.  The integrals are of the squared voltages of load and piezo.  Returns the circuit's
+    (C) is the unit of charges.  The integrals hold the squared voltages at load and piezo.  Returns the circuit's
     steps, and those that failed.
     """
     current = 0.0

@@ -86,7 +86,7 @@ class Cheapest(MonteCarloOptions, Engine):
     def _of_netlist(self, problem: Problem, within: float, progress: Progress | None) -> Estimate:
         """The answer of the first engine that reaches ``within``, or of the one that comes closest.
 
-        Each has what those before it left of the budget.
+        Each has the rest of the budget that those before it left.
         """
         end = (
             math.inf if self.budget is None else time.perf_counter() + (number(self.budget) or 0.0)

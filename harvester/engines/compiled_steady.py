@@ -26,7 +26,7 @@ RELTOL = 1e-5  # of ngspice, which is the judge here
 # of a circuit's step: with the usual 0.03 switches act at a little other times each period
 TOLERANCE = 2e-3
 JUDGED = 0.5  # of a budget, that ngspice may take
-# s, and times what the response took: how long ngspice may take without a budget
+# s, and times the time of the response: how long ngspice may take without a budget
 PATIENCE, AGAIN = 30.0, 3.0
 
 
@@ -60,8 +60,8 @@ def steady_answer(
     """The answer of a periodic response from rest, or ``near`` that of a drive close by, and where it is; None: none.
 
     With ``judged``, ngspice continues from the response at the longest step to its own, and their
-    difference is the model error; of several modes its circuit follows that response.  Without a
-    budget it has `PATIENCE`, or `AGAIN` times what the response took.
+    difference is the model error; with several modes its circuit follows that response.  Without a
+    budget it has `PATIENCE`, or `AGAIN` times the time of the response.
     """
     from harvester.mechanics.kernels.compiled import compilation
 
@@ -140,7 +140,7 @@ def _differences(
 ) -> dict[str, float]:
     """How far ngspice's response at the same step is from ``response``; empty if it gives none in time.
 
-    Of several modes it is that on the motion of ``response``: a response is sought of one.
+    With several modes it is that on the motion of ``response``: a response is sought for one.
     """
     if problem.equations.modes is not None:
         from harvester.engines.spice.difference import difference_along

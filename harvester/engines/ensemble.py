@@ -48,7 +48,7 @@ AT_ONCE = 0.5  # of the seconds that are left: other programs may begin to take 
 
 @dataclass(frozen=True)
 class EnsembleSetup:
-    """Trajectories of a ``model`` after their burn-in, and what is to be said of that.
+    """Trajectories of a ``model`` after their burn-in, with their diagnostics.
 
     The answer's seconds count from ``begin``, a budget from ``budget_begin`` (`time.perf_counter`):
     compilation is in neither, and loading what was compiled before is in the budget.
@@ -140,7 +140,7 @@ class Ensemble(MonteCarloOptions, Engine):
         exists: MomentExistence,
         within: float | None,
     ) -> tuple[tuple[dict[str, float], str], list[Diagnostic | None]]:
-        """Sample for a target, if there is one: `model_errors`, and what is to be said."""
+        """Sample for a target, if there is one: `model_errors`, and the diagnostics."""
         setup = sampler.setup
         name = setup.model.name
         judge = partial(self.model_errors, problem, sampler.pair, setup.budget_begin)
@@ -159,13 +159,13 @@ class Ensemble(MonteCarloOptions, Engine):
         return known, [*said, obstacle, self._missed(within, known[0].get(name, 0.0))]
 
     def _missed(self, within: float | None, error: float) -> Diagnostic | None:
-        """A warning if the error of the model is larger than what was asked for."""
+        """A warning if the model's error is larger than the target."""
         if within is None or error <= within or not self.BEYOND:
             return None
         return warning(self.BEYOND, within=within, error=error)
 
     def pair_diagnostic(self, pair: "RichardsonPair") -> Diagnostic | None:
-        """What the trajectories say against their means; None if nothing."""
+        """The objection of the trajectories to their means; None if there is none."""
         return None
 
     @property
@@ -188,7 +188,7 @@ class Ensemble(MonteCarloOptions, Engine):
         return run_many(self, scenes, [self.seed] * len(scenes) if seeds is None else seeds)
 
     def remarked(self, answer: Estimate, problem: Problem) -> Estimate:
-        """The answer with what is to be said of its circuit."""
+        """The answer with the diagnostics of its circuit."""
         return answer
 
     def looked_into(self, answer: Estimate, problem: Problem, pair: "RichardsonPair") -> Estimate:

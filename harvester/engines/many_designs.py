@@ -1,6 +1,6 @@
 """Many scenes through one call of a sampling engine: like ones run side by side.
 
-Each scene gets what its engine does for it alone: the burn-in, the step, and averages until its
+Each scene gets the same treatment as alone: the burn-in, the step, and averages until its
 target is reached.  `harvester.mechanics.ensemble.designs` does all of that for a set of scenes.
 
 Long because a set's rounds and its answers are one computation.
@@ -49,7 +49,7 @@ def seed_of(seed: int, point: int) -> int:
 
 @dataclass(frozen=True)
 class SceneOfMany:
-    """A scene that may run with others: what is simulated for it, by how many trajectories."""
+    """A scene that may run with others: its model, and the number of trajectories."""
 
     problem: Problem
     model: Model
@@ -59,7 +59,7 @@ class SceneOfMany:
 
     @property
     def kind(self) -> object:
-        """What scenes that run side by side have in common."""
+        """The common properties of scenes that run side by side."""
         from harvester.mechanics.ensemble.richardson import present
         from harvester.mechanics.kernels.coefficients import coefficients
 
@@ -153,7 +153,7 @@ def _side_by_side(engine: AnyEnsemble, scenes: Sequence[SceneOfMany]) -> list[Es
 
 
 def _design(model: Any, seed: int) -> "Design":
-    """What runs of a scene, its circuit of ideal elements if it has one."""
+    """The model of a scene that runs, with its circuit of ideal elements if it has one."""
     from harvester.mechanics.ensemble.designs import Design
 
     return Design(model.eqs, model.circuit, np.random.SeedSequence(seed))
@@ -195,7 +195,7 @@ class _Sampler:
         self.look(np.arange(len(scenes)))
 
     def look(self, which: Indices) -> None:
-        """Compute the means of scenes and their errors from what there is now."""
+        """Compute the means of scenes and their errors from the present entries."""
         which = which[~self.designs.left[which]]
         stopped = self.designs.coarse_stopped[which]
         if not stopped.all():
@@ -230,7 +230,7 @@ class _Sampler:
         return np.stack(columns, axis=-1)
 
     def value(self, index: int, quantity: int) -> Value:
-        """A mean of a scene with the errors of sampling and step (`sampling.mean_with_errors`)."""
+        """A scene's mean with its errors of sampling and step (`sampling.mean_with_errors`)."""
         bias = abs(float(self.bias[index, quantity]))
         if self.designs.order[index] < STRONG:
             bias += Value(0.0, float(self.bias_error[index, quantity])).sampling95
@@ -337,7 +337,7 @@ class _Sampler:
         return details
 
     def _of_target(self, index: int) -> list[Diagnostic | None]:
-        """What was chosen for a target, or why it is not promised."""
+        """The choices for a target, or the reason that it is not promised."""
         within = number(self.engine.within)
         if within is None:
             return []

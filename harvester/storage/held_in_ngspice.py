@@ -65,7 +65,7 @@ def error_of_circuit(
     no less of a user's own, whose difference is measured; that is not known if ngspice is missing,
     gives no answer, or needs longer than `PATIENCE`.  For a record a ``piece`` is run.
     """
-    assert problem.circuit is not None, "what has a rectifier is a circuit"
+    assert problem.circuit is not None, "a rectifier is part of a circuit"
     if problem.circuit.topology is not None:
         return JUDGE, ""
     measured = current_difference(problem, volts, seed, piece)
@@ -80,7 +80,7 @@ def current_difference(
     from harvester.cosimulation.worker_pool import map_in_workers
 
     eqs, scales = problem.equations, problem.scales
-    assert problem.circuit is not None, "what has a rectifier is a circuit"
+    assert problem.circuit is not None, "a rectifier is part of a circuit"
     if eqs.modes is not None or (eqs.record is not None and piece is None):
         return None
     load = held_load(problem.circuit, HELD * scales.capacitance)
@@ -92,7 +92,7 @@ def current_difference(
     deadline = time.monotonic() + PATIENCE
 
     def in_workers(some: Sequence[np.random.SeedSequence]) -> Floats:
-        """What ngspice and the compiled circuit gain, shape (seeds, voltages, 2)."""
+        """The gains of ngspice and the compiled circuit, shape (seeds, voltages, 2)."""
         jobs = [(device, seed, part * volts, deadline, piece) for seed in some for part in PARTS]
         return np.reshape(list(map_in_workers(_gains, jobs)), (len(some), len(PARTS), 2))
 

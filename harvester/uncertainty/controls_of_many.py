@@ -23,7 +23,7 @@ def means_and_errors(values: Floats) -> tuple[Floats, Floats]:
 
 
 def controlled_entries_of_many(values: Floats, controls: Floats) -> Floats:
-    """``values`` less what their controls explain of them; as they are if that gains nothing."""
+    """``values`` less the part that their controls explain; as they are if that gains nothing."""
     rest = _cross_fitted(values, controls)
     gains = rest.std(axis=1, keepdims=True) < values.std(axis=1, keepdims=True)
     return np.where(gains, rest, values)

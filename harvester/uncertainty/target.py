@@ -17,7 +17,7 @@ GROWTH = 8.0  # times the present effort that one round may add: an early spread
 class Target:
     """The relative total error to reach (sampling at 95 % plus bias), and the seconds allowed (None: any).
 
-    ``model`` is a part of the mean, an error of the model, which no effort makes smaller.
+    ``model`` is a part of the mean, a model error, which no effort makes smaller.
     """
 
     within: float
@@ -31,7 +31,7 @@ class Target:
         return self.within - self.model
 
     def leave(self, model: float) -> None:
-        """Leave room for an error of the model, a part of the mean; none for one beyond it."""
+        """Leave room for a model error, a part of the mean; none for one beyond it."""
         self.model = model if model < self.within else 0.0
 
     @property

@@ -54,7 +54,7 @@ def check(problem: Problem) -> None:
 def part_of(problem: Problem, scales: Scales, outside: bool = False, seed: int = 0) -> CompiledPart:
     """The compiled part of a problem in fixed ``scales``; ``outside`` leaves the load to a port.
 
-    ``seed`` draws the record of noise of a tabulated density.
+    ``seed`` draws the noise record for a tabulated density.
     """
     eqs = fixed_scales.equations(problem, scales)
     circuit = None

@@ -69,7 +69,7 @@ def export_fmu(
         some of "linux-x86_64", "linux-aarch64", "windows-x86_64" and "macos-aarch64", or "all";
         None: this machine's.
     seed
-        draws the record of noise of a tabulated density.
+        draws the noise record for a tabulated density.
     argument
         how errors name ``out``.
 

@@ -50,7 +50,7 @@ OUTPUTS = (
     ("damping_energy", OUT.DAMPING, "joules", "J", "energy lost in the damping so far"),
     ("impact_energy", OUT.LOST, "joules", "J", "energy lost in impacts so far"),
     ("stored_energy", OUT.STORED, "joules", "J", "energy in mass, springs and capacitances"),
-    ("store_voltage", OUT.STORE, "volts", "V", "voltage of the circuit's capacitor"),
+    ("store_voltage", OUT.STORE, "volts", "V", "voltage across the circuit's capacitor"),
 )
 OF_STOPS = ("impacts", "impact_time", "impact_speed", "base_impulse", "impact_energy")
 
@@ -148,7 +148,7 @@ def _starts(problem: Problem, part: CompiledPart) -> list[Variable]:
                 "initial.store_voltage",
                 PARAMETER,
                 "V",
-                "initial voltage of the circuit's capacitor",
+                "initial voltage across the circuit's capacitor",
                 0.0,
                 0.0,
             )

@@ -5,7 +5,7 @@ done here for n scenes at a time: their states, sums and controls are rows of th
 means and weights are computed for all at once.  A scene's numbers depend on itself and its seed
 alone, and not on the other scenes.
 
-What is rare is left to the run of a scene alone (`Designs.left`): numbers that leave the finite
+Rare cases are left to the run of a scene alone (`Designs.left`): numbers that leave the finite
 ones, a response that dies out or is not stationary in time, and a step whose double is unstable.
 
 Long because one set of arrays is run, burnt in and averaged.
@@ -69,7 +69,7 @@ class Design:
 
 
 def can_be_one_of_many(eqs: Equations) -> bool:
-    """Whether scenes like this run side by side: of one mode, one well, under white noise alone."""
+    """Whether scenes like this run side by side: those with one mode and one well, under white noise alone."""
     return (
         not eqs.modes
         and eqs.is_shaken_by_white_noise
@@ -288,7 +288,7 @@ class Designs:
     def _window(
         self, d: Indices, samples: NDArray[np.int_]
     ) -> tuple[dict[str, tuple[Floats, Floats]], dict[str, Floats]]:
-        """Means with errors, and the entries, shape (scenes, count), of what a burn-in checks."""
+        """Means with errors, and the entries, shape (scenes, count), that a burn-in checks."""
         moments = self._moments_of(d, 0, samples, np.ones(len(d)))
         entries = {name: getattr(moments, name) for name in _WATCHED}
         return {name: _mean_and_error(values) for name, values in entries.items()}, entries

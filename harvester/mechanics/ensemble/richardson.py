@@ -32,7 +32,7 @@ GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, tho
 def compile_pair(trajectories: Trajectories, budget: float | None = None) -> None:
     """Compile all that a `RichardsonPair` of trajectories calls, by a few steps of a single block of them.
 
-    What this process has compiled once is not called again.
+    Kernels that this process has compiled once are not compiled again.
 
     Raises SimulationError, before anything is computed, if the shortest burn-in would go beyond
     the ``budget``.
@@ -69,7 +69,7 @@ def _kind(trajectories: Trajectories) -> object:
 
 
 def present(numbers: object) -> object:
-    """Which of some numbers are there, in tuples of tuples: what a kernel is compiled for."""
+    """Which of some numbers are there, in tuples of tuples, for which a kernel is compiled."""
     if isinstance(numbers, tuple | list):
         return type(numbers), *map(present, numbers)
     return type(numbers)

@@ -130,7 +130,7 @@ class RobustOptimum(Optimum, kw_only=True):
         return "binds" if limit in self.binds else "met"
 
     def remarks(self) -> list[Diagnostic]:
-        """What is to be said of the aim and of the limits."""
+        """The diagnostics of the aim and of the limits."""
         diagnostics = (
             [] if self.share is None else [note("power_of_most", percent=100.0 * self.share)]
         )

@@ -37,7 +37,7 @@ def dask_client(address: str) -> Iterator[Any]:
 
 @contextmanager
 def _without_tracebacks() -> Iterator[None]:
-    """Keep Dask from logging: of what goes wrong here, one line is raised."""
+    """Keep Dask from logging: a failure here is raised as one line."""
     with suppress(ImportError):
         import distributed  # noqa: F401  # its loggers
     names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in LOGGERS]

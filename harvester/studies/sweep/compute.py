@@ -129,7 +129,7 @@ def _noise(engines: Sequence[Engine], common_noise: bool) -> str:
 
 
 def _preload_figures() -> None:
-    """Load what draws and writes the finished table: half a second, in which the workers compute."""
+    """Load the modules that draw and write the finished table: half a second, in which the workers compute."""
     importlib.import_module("scipy.io")
     _ = figures.sweep
 

@@ -115,7 +115,7 @@ def _error_of_difference(low: Estimate, high: Estimate) -> float:
 
 
 def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> ToleranceRuns:
-    """What the linear law says of all devices; raises the engine's errors, and InputError for a key that is 0."""
+    """The linear law's powers of all devices; raises the engine's errors, and InputError for a key that is 0."""
     keys = request.keys
     x = design.values_at(request.spreads, request.u)
     ends = design.values_at(request.spreads, design.one_by_one(len(keys)))
