@@ -19,8 +19,9 @@ REST = "stability of rest"
 RULE = "ngspice's integration rule for a load resistor"
 SWEPT = "frequency response"
 PART = "part for circuit simulators"
+UNIT = "an FMU"
 HOPPING = "the rate of hopping between two wells"
-THEORIES = (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART, HOPPING)
+THEORIES = (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART, UNIT, HOPPING)
 
 
 @dataclass(frozen=True)
@@ -42,45 +43,52 @@ class Effect:
 
 # In the order of the equations.
 EFFECTS = (
-    Effect("negative_stiffness", "linear", (LINEAR, DENSITY, SWEPT, PART, HOPPING)),
-    Effect("quadratic_stiffness", "alpha2", (DENSITY, REST, SWEPT, PART, HOPPING)),
+    Effect("negative_stiffness", "linear", (LINEAR, DENSITY, SWEPT, PART, UNIT, HOPPING)),
+    Effect("quadratic_stiffness", "alpha2", (DENSITY, REST, SWEPT, PART, UNIT, HOPPING)),
     Effect("ceramic_softening", "softening", (DENSITY, SWEPT)),
     Effect("inertia_x2", "inertia", (SWEPT,)),
     Effect(
         "softening_stiffness",
         "alpha",
-        (DENSITY, REST, RULE, SWEPT, PART, HOPPING),
+        (DENSITY, REST, RULE, SWEPT, PART, UNIT, HOPPING),
         lambda eqs: eqs.alpha < 0.0,
     ),
     Effect(
         "cubic_stiffness",
         "alpha",
-        (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART, HOPPING),
+        (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART, UNIT, HOPPING),
         lambda eqs: eqs.alpha >= 0.0,
     ),
     Effect("linear_damping", "c1", THEORIES),
-    Effect("damping_x2", "c2", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART)),
-    Effect("damping_x4", "c3", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART)),
-    Effect("damping_v", "cv", (REST, SWEPT)),
-    Effect("impact", "restitution", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART)),
-    Effect("compliant_stop", "stop_stiffness", (DENSITY, SWEPT, PART)),
-    Effect("gap", "gap", (AVERAGED, DENSITY, SWEPT, PART)),
-    Effect("opposite_stop", "opposite_restitution", (DENSITY, SWEPT, PART)),
+    Effect("damping_x2", "c2", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART, UNIT)),
+    Effect("damping_x4", "c3", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART, UNIT)),
+    Effect("damping_v", "cv", (REST, SWEPT, UNIT)),
+    Effect("impact", "restitution", (PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, PART, UNIT)),
+    Effect("compliant_stop", "stop_stiffness", (DENSITY, SWEPT, PART, UNIT)),
+    Effect("gap", "gap", (AVERAGED, DENSITY, SWEPT, PART, UNIT)),
+    Effect("opposite_stop", "opposite_restitution", (DENSITY, SWEPT, PART, UNIT)),
     Effect("external_noise", "n1", THEORIES),
-    Effect("parametric_noise", "n2", (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT)),
-    Effect("correlated_noise", "n12", (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT)),
-    Effect("harmonic_drive", "drive", (LINEAR, REST, SWEPT, PART)),
+    Effect(
+        "parametric_noise", "n2", (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, UNIT)
+    ),
+    Effect(
+        "correlated_noise", "n12", (LINEAR, PUBLISHED, AVERAGED, DENSITY, REST, RULE, SWEPT, UNIT)
+    ),
+    Effect("harmonic_drive", "drive", (LINEAR, REST, SWEPT, PART, UNIT)),
     Effect(
         "coloured_noise",
         "coloured",
-        (LINEAR, DENSITY, REST, PART),
+        (LINEAR, DENSITY, REST, PART, UNIT),
         lambda eqs: eqs.bandwidth is None,
     ),
     Effect(
-        "band_pass_noise", "coloured", (LINEAR, REST, PART), lambda eqs: eqs.bandwidth is not None
+        "band_pass_noise",
+        "coloured",
+        (LINEAR, REST, PART, UNIT),
+        lambda eqs: eqs.bandwidth is not None,
     ),
-    Effect("recorded_acceleration", "record", (LINEAR, REST, PART)),
-    Effect("tabulated_noise", "density", (LINEAR, REST, PART)),
+    Effect("recorded_acceleration", "record", (LINEAR, REST, PART, UNIT)),
+    Effect("tabulated_noise", "density", (LINEAR, REST, PART, UNIT)),
     Effect(
         "further_modes",
         "modes",
@@ -107,7 +115,7 @@ BEYOND_CIRCUITS = frozenset(("inertia_x2", "dielectric_loss", "coupling_x2"))
 def unknown_to(theory: str) -> frozenset[str]:
     """The names of the effects that a theory does not know.
 
-    >>> sorted(unknown_to(PART))
-    ['ball', 'correlated_noise', 'magnifier', 'parametric_noise']
+    >>> sorted(unknown_to(UNIT))
+    ['ball', 'ceramic_softening', 'coupling_x2', 'dielectric_loss', 'further_modes', 'inertia_x2', 'magnifier']
     """
     return frozenset(effect.name for effect in EFFECTS if theory not in effect.known_to)

@@ -266,6 +266,19 @@ def test_refused(tmp_path, scene, options, error, words):
     assert not out.exists()
 
 
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [("loss_tangent = 0.1", "dielectric loss"), ('coupling_x2 = "5 N/(V m^2)"', "coupling x2")],
+)
+def test_an_effect_that_an_fmu_lacks_is_refused(tmp_path, line, words):
+    """It was left out in silence."""
+    text = (EXAMPLES / "plate_harmonic.toml").read_text()
+    scene = tmp_path / "scene.toml"
+    scene.write_text(text.replace("[piezo]\n", f"[piezo]\n{line}\n"))
+    with pytest.raises(CannotServeError, match=f"cannot model {words}"):
+        hv.export(scene, tmp_path / "device.fmu")
+
+
 def test_licence_and_words_inside():
     with zipfile.ZipFile(fmu.built(fmi=3)) as archive:
         assert b"GPL-3.0-or-later" in archive.read("documentation/licenses/license.txt")

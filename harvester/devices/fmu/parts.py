@@ -10,7 +10,7 @@ from harvester.arrays import Floats
 from harvester.devices.fmu import fixed_scales
 from harvester.devices.fmu.fixed_scales import Units
 from harvester.equations.coefficients import Equations
-from harvester.equations.effects import SEVERAL_MODES
+from harvester.equations.effects import UNIT, unknown_to
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.errors import CannotServeError, InputError
@@ -39,15 +39,16 @@ class CompiledPart(NamedTuple):
 
 
 def check(problem: Problem) -> None:
-    """Raise InputError for a nondimensional scene, CannotServeError for several modes."""
+    """Raise InputError for a nondimensional scene, CannotServeError for an effect that an FMU lacks."""
     if not problem.physical:
         raise InputError(
             "the scene must be a device, with [oscillator] and [piezo], but is nondimensional"
         )
-    several = [name.replace("_", " ") for name in problem.effects if name in SEVERAL_MODES]
-    if several:
+    unknown = unknown_to(UNIT)
+    lacking = [name.replace("_", " ") for name in problem.effects if name in unknown]
+    if lacking:
         raise CannotServeError(
-            f"an FMU has one mode, and does not know {' and '.join(several)}: leave it out"
+            f"{UNIT} has one mode, and cannot model {' and '.join(lacking)}: leave it out"
         )
 
 
