@@ -52,6 +52,7 @@ def adopt(
     from harvester.netlists.adoption import adopt as read
     from harvester.netlists.deck_cards import check_form
     from harvester.netlists.deck_device import Nets
+    from harvester.presentation.diagnostic import note
 
     path = Path(deck)
     check_form(path)
@@ -76,8 +77,9 @@ def adopt(
     words = ["warning: " * (remark.severity == "warning") + str(remark) for remark in remarks]
     # JSON texts and lists of them are those of TOML.
     lines = [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in table.items()]
-    write = f"written: {out}" if out else "nothing is written: --out board.cir writes the board"
-    echo("\n".join([*words, "", write, "its table in a scene:", "", "[load]", *lines]))
+    written = note("deck_written", out=out) if out else note("deck_unwritten")
+    ends = [str(written), str(note("deck_table"))]
+    echo("\n".join([*words, "", *ends, "", "[load]", *lines]))
 
 
 def _target(out: Path, deck: Path, force: bool) -> Path:

@@ -16,13 +16,14 @@ from harvester.errors import InputError
     "harvester keys excitation",
     "harvester keys load.resistance --json",
     "harvester keys profile",
+    "harvester keys board.toml    (the parts of its netlist that vary)",
     "harvester keys --schema --out harvester.schema.json",
 )
 @cloup.argument(
     "what",
     required=False,
-    metavar="[TABLE|KEY]",
-    help="Such as load, load.resistance or profile.  Default: all.",
+    metavar="[TABLE|KEY|SCENE]",
+    help="Such as load, load.resistance, profile, or a scene with a netlist.  Default: all.",
 )
 @cloup.option_group(
     "Output",
@@ -57,8 +58,28 @@ def keys(what: str | None, as_json: bool, schema: bool, out: str | None) -> None
         click.echo(json.dumps(catalogue.listed()) if as_json else catalogue.text())
         return
 
+    if what is not None and what.endswith(".toml"):
+        parts = _parts(what)
+        lines = [f"{key} = {value:.6g}" for key, value in parts.items()]
+        click.echo(json.dumps(parts) if as_json else "\n".join(lines))
+        return
     chosen = scene_keys.chosen(what)
     click.echo(json.dumps([vars(key) for key in chosen]) if as_json else scene_keys.text(chosen))
+
+
+def _parts(file: str) -> dict[str, float]:
+    """The keys and values of all parts of a scene's netlist that vary, in SI units."""
+    from harvester.equations.problem import Problem
+    from harvester.netlists.flat import ROLES
+
+    problem = Problem.of(file)
+    circuit = problem.circuit
+    if not (circuit and problem.netlist):
+        raise InputError(f"SCENE must have a netlist, whose parts vary, but {file} has none")
+    letters = {ROLES.get(role) for role in circuit.renamed.values()}  # of parts with a name
+    plain = {name: value for name, value in circuit.values.items() if name not in letters}
+    every = plain | circuit.elements
+    return {f"load.parameters.{name}": value for name, value in every.items()}
 
 
 def _schema(out: str | None) -> None:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from harvester.arrays import Complexes, Floats
-from harvester.errors import InputError
+from harvester.errors import InputError, invalid, shown
 from harvester.quantities.kinds import CAPACITANCE, Kind
 from harvester.records.csv_table import CsvColumn, CsvTable
 
@@ -26,7 +26,8 @@ OHM, SIEMENS = (
 _HENRY = Kind("an inductance (H)", "H", "'1 mH'")
 _ANGLE, _LOSS = Kind("an angle (rad)", "rad", "'90 deg'"), Kind("a loss", "", "0.02")
 _PHASE = {"phase", "theta", "angle", "arg", "phi", "deg"}
-_OF_IMPEDANCE = {"theta", "z", "impedance", "phi"}  # words of its phase, among several phases
+_OF_IMPEDANCE, _OF_ADMITTANCE = {"z", "impedance"}, {"y", "admittance"}  # words of their phases
+_OF_ANALYSERS = {"theta", "phi"}  # words of an impedance's phase, beside that of a reflection
 _QUANTITIES = {  # words of a column, and its kind; a first word decides if a unit is shared
     "z": (("z", "impedance", "zabs", "mag", "magnitude"), OHM),
     "y": (("y", "admittance"), SIEMENS),
@@ -42,6 +43,7 @@ _QUANTITIES = {  # words of a column, and its kind; a first word decides if a un
     "q": (("q",), _LOSS),
 }
 _OF_PARTS = {"re", "im", "real", "imag"}  # words of columns that are no sizes
+MOST_RADIANS = 6.4  # a larger phase without a unit is in degrees
 AGREE = 0.02  # of two pairs of columns that state one impedance
 
 Parts = dict[str, Floats]
@@ -53,12 +55,11 @@ def impedance(table: CsvTable, f: Floats, key: str) -> tuple[Complexes, bool] | 
     None if it has none.
 
     Raises InputError, which begins with ``key``, for a reactance that is 0 everywhere, for two
-    pairs of columns that disagree, and for several phases.
+    pairs of columns that disagree, and for several phases or one of an unknown unit.
     """
     parts = {name: values for name in _QUANTITIES if (values := _part(table, name)) is not None}
-    angle = phase(table)
-    if angle is not None:
-        parts["phase"] = angle
+    for size, angle in _phases(table, set(parts), key).items():
+        parts[f"phase of {size}"] = angle
     if "q" in parts and "d" not in parts:
         parts["d"] = 1.0 / parts["q"]
     _refuse_zeros(parts, key)
@@ -89,7 +90,7 @@ def _refuse_disagreement(ways: Sequence[Complexes], parts: Parts, key: str) -> N
 
 def _refuse_zeros(parts: Parts, key: str) -> None:
     """Refuse a reactance or a phase that is 0 everywhere, as of a magnitude."""
-    for other, name in (("r", "x"), ("z", "phase"), ("y", "phase")):
+    for other, name in (("r", "x"), ("z", "phase of z"), ("y", "phase of y")):
         if {other, name} <= set(parts) and not parts[name].any():
             raise InputError(
                 f"{key} must have a reactance or a phase other than 0, but it is 0 at all "
@@ -115,28 +116,77 @@ def _part(table: CsvTable, name: str) -> Floats | None:
     return None
 
 
-def phase(table: CsvTable) -> Floats | None:
-    """The phase in rad; in degrees if it has no unit and exceeds the range of radians."""
-    columns = table.find(lambda column: bool(set(column.words) & _PHASE))
-    if not columns:
-        return None
-    best = [column for column in columns if set(column.words) & _OF_IMPEDANCE]
-    return _radians((best or columns)[0])
+def _phases(table: CsvTable, sizes: set[str], key: str) -> Parts:
+    """The phases (rad) of the impedance z and the admittance y, by the words of their columns.
+
+    A phase that names neither is of the one size that the table has.
+    """
+    columns = _phase_columns(table)
+    named = {
+        size: [column for column in columns if set(column.words) & words]
+        for size, words in (("z", _OF_IMPEDANCE), ("y", _OF_ADMITTANCE))
+    }
+    angles = {size: _radians(_only(some, key), key) for size, some in named.items() if some}
+    if angles or not columns or not sizes & {"z", "y"}:
+        return angles
+    thetas = [column for column in columns if set(column.words) & _OF_ANALYSERS]
+    column = _only(thetas or columns, key)
+    if {"z", "y"} <= sizes:
+        raise InputError(
+            f"{key} must name the phase of |Z| or |Y|, but column {column.name!r} names neither: "
+            "name it 'phase of Z (deg)' or 'phase of Y (deg)'"
+        )
+    return {"z" if "z" in sizes else "y": _radians(column, key)}
 
 
-def _radians(column: CsvColumn) -> Floats:
-    unit = column.stated.replace("°", "deg").replace("degrees", "deg")
+def phase(table: CsvTable, key: str) -> Floats | None:
+    """The phase of a response in rad; None if the table has none.
+
+    Raises InputError, which begins with ``key``, for several, and for an unknown unit.
+    """
+    columns = _phase_columns(table)
+    return _radians(_only(columns, key), key) if columns else None
+
+
+def _phase_columns(table: CsvTable) -> list[CsvColumn]:
+    return table.find(lambda column: bool(set(column.words) & _PHASE) and column.texts is None)
+
+
+def _only(columns: Sequence[CsvColumn], key: str) -> CsvColumn:
+    """The one of several columns of phases; InputError if there are more."""
+    if len(columns) > 1:
+        names = ", ".join(column.name for column in columns)
+        raise InputError(f"{key} must have one phase, but has {shown(names)}: delete the others")
+    return columns[0]
+
+
+def _radians(column: CsvColumn, key: str) -> Floats:
+    """A phase in rad; in degrees if it has no unit and exceeds the range of radians."""
+    argument = f"{key} column {column.name!r}"
+    unit = column.stated.replace("°", "deg").replace("degrees", "deg").replace("radians", "rad")
     factor, _ = _ANGLE.scale(unit) if unit else (None, 1)
+    if unit and factor is None:
+        raise invalid(argument, "have the unit deg or rad", column.stated)
     if factor is None:
-        degrees = np.nanmax(np.abs(column.values)) > 6.4 or "deg" in column.head.lower()
-        factor = math.pi / 180.0 if degrees else 1.0
+        words = set(column.words)
+        if words & {"deg", "degree", "degrees"} or np.nanmax(np.abs(column.values)) > MOST_RADIANS:
+            factor = math.pi / 180.0
+        elif words & {"rad", "radian", "radians"}:
+            factor = 1.0
+        else:
+            raise InputError(
+                f"{argument} must have a unit, but has none: name it '{column.name} (deg)' or "
+                f"'{column.name} (rad)'"
+            )
     return column.values * factor
 
 
 _WAYS: tuple[tuple[set[str], Callable[[Parts, Floats], Complexes]], ...] = (
     ({"r", "x"}, lambda p, w: np.asarray(p["r"] + 1j * p["x"])),
-    ({"z", "phase"}, lambda p, w: np.asarray(p["z"] * np.exp(1j * p["phase"]))),
-    ({"y", "phase"}, lambda p, w: np.asarray(np.exp(-1j * p["phase"]) / p["y"])),
+    ({"z", "phase of z"}, lambda p, w: np.asarray(p["z"] * np.exp(1j * p["phase of z"]))),
+    ({"y", "phase of y"}, lambda p, w: np.asarray(np.exp(-1j * p["phase of y"]) / p["y"])),
+    ({"z", "phase of y"}, lambda p, w: np.asarray(p["z"] * np.exp(-1j * p["phase of y"]))),
+    ({"y", "phase of z"}, lambda p, w: np.asarray(np.exp(1j * p["phase of z"]) / p["y"])),
     ({"g", "b"}, lambda p, w: np.asarray(1.0 / (p["g"] + 1j * p["b"]))),
     ({"cp", "d"}, lambda p, w: np.asarray(1.0 / (1j * w * p["cp"] * (1.0 - 1j * p["d"])))),
     ({"cp", "rp"}, lambda p, w: np.asarray(1.0 / (1.0 / p["rp"] + 1j * w * p["cp"]))),

@@ -33,7 +33,8 @@ from harvester.identification.measurement import (
 from harvester.machine import files
 from harvester.quantities.kinds import FREQUENCY, RESISTANCE, Kind, with_prefix
 from harvester.records.csv_table import MOST_BYTES, CsvColumn, CsvTable, decoded, read_table
-from harvester.records.named_columns import is_frequency, is_time, times
+from harvester.records.named_columns import is_frequency, is_time
+from harvester.records.record_clock import times
 
 FEWEST = 12  # points of a measurement
 _PER_G = {
@@ -169,7 +170,7 @@ def _responses(
     table: CsvTable, f: Floats, label: str, key: str, load: float | None
 ) -> list[Measurement]:
     """A response for each column and load."""
-    phase = phase_of(table)
+    phase = phase_of(table, key)
     responses = []
     loads = _load_column(table)
     for column in table.columns:

@@ -21,6 +21,7 @@ from harvester.netlists.deck_cards import (
     read_step,
 )
 from harvester.netlists.deck_device import DeckDevice, Nets, find_piezo
+from harvester.netlists.deck_subcircuits import bodies_of, piezos, without_body
 from harvester.netlists.element_lines import Element, read_element
 from harvester.netlists.flat import net_of
 from harvester.netlists.read_lines import Line, library_of, own_lines, read_lines
@@ -96,9 +97,8 @@ def adopt(
     """
     check_form(path)
     deck = _read(path)
-    piezo = find_piezo(deck.elements, terminals, path.name)
+    piezo, gone = _piezo(deck, terminals)
     deck.remarks += _on_piezo(piezo)
-    gone = {element.line for element in piezo.elements}
     left = [element for element in deck.elements if element.line not in gone]
     resistor = _load(left, load, path.name)
     kept_store = _store(left, store, path.name, resistor)
@@ -114,6 +114,19 @@ def adopt(
     name = None if kept_store is None else kept_store.name
     remarks = tuple(deck.remarks)
     return Adoption("\n".join(lines), piezo.nets, resistor.name, name, capacitance, remarks)
+
+
+def _piezo(deck: SimulationDeck, terminals: Nets | None) -> tuple[DeckDevice, set[Line]]:
+    """The piezo of a deck, a subcircuit or elements, and the lines that it has alone."""
+    bodies = bodies_of(deck.kept)
+    nets = None if terminals is None else set(map(net_of, terminals))
+    every = piezos(deck.elements, bodies, deck.models)
+    called = [each for each in every if nets in (None, set(map(net_of, each.nets)))]
+    if len(called) != 1:
+        device = find_piezo(deck.elements, terminals, deck.path.name)
+        return device, {element.line for element in device.elements}
+    body = bodies.get(without_body(called[0], deck.elements), ())
+    return called[0], {*(element.line for element in called[0].elements), *body}
 
 
 def _read(path: Path) -> SimulationDeck:
@@ -223,6 +236,9 @@ def _on_piezo(piezo: DeckDevice) -> Iterator[Diagnostic]:
     nets = ",".join(piezo.nets)
     for drive in piezo.drives:
         yield note("deck_drive", text=drive.line.text[:60], line=drive.line.where, nets=nets)
+    if piezo.motion:
+        texts = ", ".join(each.line.text[:60] for each in piezo.motion)
+        yield note("deck_motion", text=texts)
     if piezo.capacitors:
         texts = ", ".join(each.line.text[:60] for each in piezo.capacitors)
         lines = ", ".join(each.line.where for each in piezo.capacitors)

@@ -7,6 +7,7 @@ from harvester.errors import InputError, shown, unknown
 from harvester.netlists.flat import LOAD, STORE, Board
 from harvester.netlists.netlist import Body
 
+MOST_LISTED = 40  # names in an error
 KINDS = "rclvi"  # whose values are parameters by their elements' names
 
 
@@ -34,7 +35,10 @@ class CircuitKeys:
 
     def called(self, name: str) -> str:
         """What a scene calls an element."""
-        return {new: old for old, new in self.board.renamed.items()}.get(name.lower(), name)
+        if name.lower() not in self.board.renamed.values():
+            return name
+        renamed = (each for each in self.body.elements if each.name.lower() == name.lower())
+        return next((each.line.text.split(maxsplit=1)[0] for each in renamed), name)
 
     def given(
         self, path: Path, parameters: Mapping[str, float], capacitance: float | None
@@ -62,7 +66,10 @@ class CircuitKeys:
         """The error of a parameter that there is not."""
         name, names = self.body.name or path.stem, [self.called(name) for name in self.elements]
         if self._spelling or self.board.roles:
-            return unknown(f"parameter of netlist {name}", key, [*self._spelling.values(), *names])
+            every = dict.fromkeys([*self._spelling.values(), *names])
+            error = unknown(f"parameter of netlist {name}", key, every)
+            listed = ", ".join(list(every)[:MOST_LISTED])
+            return error if listed in str(error) else InputError(f"{error} It has {listed}")
         return InputError(
             f"unknown parameter of netlist {name} {shown(key)}: it has none but its elements "
             f"({', '.join(names[:20]) or 'none has a plain value'}); another one stands on its first line, such as "

@@ -1,12 +1,16 @@
 """The piezo of a deck: the elements that a scene's device replaces, and its two nets.
 
-Three forms are known: a current source with a capacitor across it; a voltage source in series with
-a capacitor, with nothing else between them; a sine, or a function of the time, between the nets.
+These forms are known: a current source with a capacitor across it; a voltage source in series with
+a capacitor, with nothing else between them; a sine, or a function of the time, between the nets; a
+source with its mass, spring and damper as L, C and R in series (the motional branch of a
+cantilever); a subcircuit of two pins that holds one of these
+(`harvester.netlists.deck_subcircuits`).
 """
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 from harvester.errors import InputError, unknown
 from harvester.netlists.element_lines import Element
@@ -19,16 +23,20 @@ Nets = tuple[str, str]
 
 @dataclass(frozen=True)
 class DeckDevice:
-    """The piezo of a deck: its two nets, the sources that drive it, and its capacitors."""
+    """The piezo of a deck: its two nets, the sources that drive it, and its capacitors.
+
+    ``motion`` are the elements of its motional branch, in series with the source.
+    """
 
     nets: Nets
     drives: tuple[Element, ...] = ()
     capacitors: tuple[Element, ...] = ()
+    motion: tuple[Element, ...] = ()
 
     @property
     def elements(self) -> tuple[Element, ...]:
         """All elements that a scene's device replaces."""
-        return (*self.drives, *self.capacitors)
+        return (*self.drives, *self.capacitors, *self.motion)
 
     @property
     def capacitance(self) -> str:
@@ -55,20 +63,22 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
     """
     if terminals is not None:
         return _at(elements, terminals, file)
-    spelt = {net_of(net): net for net in _nets(elements)}
+    spelt = {net_of(net): net for net in nets_of(elements)}
     merged: dict[frozenset[str], DeckDevice] = {}
-    for device in _sure(elements) or _direct(elements):
+    moving = [device for device in _branches(elements) if any(e.kind == "l" for e in device.motion)]
+    for device in moving or _sure(elements) or _direct(elements):
         key = frozenset(map(net_of, device.nets))
         first, second = (spelt.get(net_of(net), net) for net in _ground_last(device.nets))
         known = merged.get(key, DeckDevice((first, second)))
         more = tuple(each for each in device.capacitors if each not in known.capacitors)
         drives = (*known.drives, *device.drives)
-        merged[key] = DeckDevice(known.nets, drives, (*known.capacitors, *more))
+        motion = (*known.motion, *device.motion)
+        merged[key] = DeckDevice(known.nets, drives, (*known.capacitors, *more), motion)
     if len(merged) == 1:
         device = next(iter(merged.values()))
         _refuse_series(device, elements, file)
         return device
-    nets = ", ".join(_nets(elements)[:30])
+    nets = ", ".join(nets_of(elements)[:30])
     give = f"give the piezo's two nets by `terminals` A,B; the nets are {nets}"
     if not merged:
         raise InputError(
@@ -85,7 +95,7 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
 
 def _refuse_series(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
     """Refuse a lone source in series with one part, which may be of the piezo's own model."""
-    if device.capacitors or _is_current(device.drives[0]):
+    if device.capacitors or device.motion or _is_current(device.drives[0]):
         return
     for net in map(net_of, device.nets):
         at = [e for e in elements if e not in device.drives and net in map(net_of, e.nodes)]
@@ -98,7 +108,7 @@ def _refuse_series(device: DeckDevice, elements: Sequence[Element], file: str) -
 
 def _two_nets(elements: Sequence[Element], terminals: Nets, file: str) -> Nets:
     """Two different nets of a deck, as they are spelt there."""
-    known = {net_of(net): net for net in _nets(elements)}
+    known = {net_of(net): net for net in nets_of(elements)}
     for net in terminals:
         if net_of(net) not in known:
             raise unknown(f"net of `terminals` in deck {file}", net, known.values())
@@ -114,17 +124,22 @@ def _at(elements: Sequence[Element], terminals: Nets, file: str) -> DeckDevice:
     there = {net_of(first), net_of(second)}
     devices = [
         device
-        for device in (*_sure(elements), *_direct(elements))
+        for device in (*_sure(elements), *_direct(elements), *_branches(elements))
         if set(map(net_of, device.nets)) == there
     ]
-    drives = _distinct(each for device in devices for each in device.drives)
     # Also a constant source, as of an analysis of small signals.
     across = [element for element in elements if _across(element, there)]
-    drives = _distinct([*drives, *(element for element in across if element.kind in "vi")])
-    capacitors = _distinct(each for device in devices for each in device.capacitors)
-    if drives and not capacitors:
-        capacitors = [element for element in across if element.kind == "c"]
-    return DeckDevice((first, second), tuple(drives), tuple(capacitors))
+    sources = [element for element in across if element.kind in "vi"]
+    drives = _distinct([*chain.from_iterable(each.drives for each in devices), *sources])
+    motion = _distinct(chain.from_iterable(each.motion for each in devices))
+    inner = _distinct(chain.from_iterable(each.capacitors for each in devices))
+    if drives and not inner:
+        inner = [element for element in across if element.kind == "c"]
+    return DeckDevice((first, second), tuple(drives), _without(inner, motion), tuple(motion))
+
+
+def _without(elements: Iterable[Element], others: Sequence[Element]) -> tuple[Element, ...]:
+    return tuple(each for each in elements if each not in others)
 
 
 def _distinct(elements: Iterable[Element]) -> list[Element]:
@@ -161,10 +176,52 @@ def _in_series(
                 yield DeckDevice((other, outer), (drive,), (each,))
 
 
+def _branches(elements: Sequence[Element]) -> Iterator[DeckDevice]:
+    """Voltage sources in series with a motional branch: an R, or several of R, L and C."""
+    at = _connected(elements)
+    for drive in filter(_drives, elements):
+        if _is_current(drive):
+            continue
+        first, before = _branch_end(drive, drive.nodes[0], at)
+        second, behind = _branch_end(drive, drive.nodes[1], at)
+        motion = (*before, *behind)
+        if first == second or [each.kind for each in motion] in ([], ["c"]):
+            continue
+        nets = {net_of(first), net_of(second)}
+        across = (each for each in elements if each.kind == "c" and _across(each, nets))
+        yield DeckDevice((first, second), (drive,), _without(across, motion), motion)
+
+
+def _connected(elements: Iterable[Element]) -> dict[str, list[Element]]:
+    """The elements at each net."""
+    at: dict[str, list[Element]] = {}
+    for element in elements:
+        for net in {net_of(node) for node in element.nodes}:
+            at.setdefault(net, []).append(element)
+    return at
+
+
+def _branch_end(
+    drive: Element, node: str, at: Mapping[str, list[Element]]
+) -> tuple[str, list[Element]]:
+    """The net at the end of a source's branch from one of its nodes on, and its elements."""
+    parts: list[Element] = []
+    last = drive
+    while net_of(node) != "0" and len(there := at[net_of(node)]) == 2:
+        nearest = next(each for each in there if each is not last)
+        if nearest.kind not in "rlc" or nearest in parts or len(set(nearest.nodes)) != 2:
+            break
+        parts.append(nearest)
+        last = nearest
+        first, second = nearest.nodes
+        node = second if net_of(first) == net_of(node) else first
+    return node, parts
+
+
 def _direct(elements: Sequence[Element]) -> list[DeckDevice]:
     """Sines and functions of the time, between whose nodes the piezo is; clocks drive switches."""
     drives = [element for element in elements if _drives(element)]
-    sines = [element for element in drives if element.form == "sin" or _is_function(element)]
+    sines = [element for element in drives if is_vibration(element)]
     return [DeckDevice(_pair(drive.nodes), (drive,)) for drive in sines]
 
 
@@ -172,6 +229,11 @@ def _drives(element: Element) -> bool:
     """Whether a source changes with time, or is one of an analysis of small signals."""
     small = element.kind in "vi" and " ac " in f"{element.line.text.lower()} ".replace("\t", " ")
     return (element.kind in "vi" and bool(element.form)) or small or _is_function(element)
+
+
+def is_vibration(element: Element) -> bool:
+    """Whether a source is a sine or a function of the time; a pulse may be a clock."""
+    return (element.kind in "vi" and element.form == "sin") or _is_function(element)
 
 
 def _is_function(element: Element) -> bool:
@@ -198,7 +260,7 @@ def _pair(nodes: Sequence[str]) -> Nets:
     return nodes[0], nodes[1]
 
 
-def _nets(elements: Iterable[Element]) -> list[str]:
+def nets_of(elements: Iterable[Element]) -> list[str]:
     """The nets as they are spelt, each once, in their order."""
     nets: dict[str, str] = {}
     for element in elements:

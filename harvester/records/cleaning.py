@@ -19,7 +19,7 @@ from harvester.errors import InputError, invalid, shown
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.records.csv_table import read_table
 from harvester.records.named_columns import is_time
-from harvester.records.record_clock import check_sizes, record_times
+from harvester.records.record_clock import check_sizes, record_times, sampling_rate
 from harvester.records.record_columns import (
     accelerations,
     axis_column,
@@ -149,9 +149,9 @@ def clean(path: str, facts: RecordFacts = NO_FACTS, part: Part | None = None) ->
     check_sizes(column, values)
     for stamps in table.find(is_time)[:1]:
         refuse_words(table, stamps)
-    time = record_times(table, facts.rate, facts.time_unit, notes, warnings)
+    time = record_times(table, facts, notes, warnings)
     if time is None:
-        rate = facts.rate or table.facts.rate
+        rate = sampling_rate(table, facts.rate, notes)
         if rate is None:
             raise AskedError(
                 "`rate` must be given for a file without times, but is left out, and FILE has "

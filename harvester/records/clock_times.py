@@ -27,6 +27,7 @@ _PARTS = (  # hour, minute, second, fraction, half of the day, zone
 )
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d+)?(?:Z|[+-]\d\d:?\d\d)?")
 DAY = 86400.0
+ASCENDING = 0.9  # share of steps that ascend if a column holds the fractions of another
 
 
 def is_clock(cell: str) -> bool:
@@ -143,3 +144,18 @@ def together(dates: Any, times: Any, fraction: Floats | None, key: str) -> Float
     days = days_of([str(date) for date in dates], key)
     spans = _of_day(times) + (0.0 if days is None else DAY * days)
     return _from_first(spans if fraction is None else spans + fraction)
+
+
+def with_fraction(spans: Floats, fraction: Floats) -> Floats | None:
+    """Whole seconds with the fractions of a second of another column; None if those are none.
+
+    Fractions are between 0 and 1 s, and the sums ascend if the seconds do.
+    """
+    known = np.isfinite(spans)
+    if not known.any() or (spans[known] != np.round(spans[known])).any():
+        return None
+    if not (np.nanmin(fraction) >= 0.0 and np.nanmax(fraction) < 1.0 and np.ptp(fraction) > 0.0):
+        return None
+    total = spans + fraction
+    steps = np.diff(total[known])
+    return np.asarray(total) if len(steps) and (steps > 0.0).mean() > ASCENDING else None

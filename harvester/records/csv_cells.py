@@ -9,7 +9,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import InputError, shown
 from harvester.presentation.diagnostic import Diagnostic, note
-from harvester.records.clock_times import CLOCK, DATE, TIME_OF_DAY, seconds, together
+from harvester.records.clock_times import CLOCK, DATE, TIME_OF_DAY, seconds, together, with_fraction
 from harvester.records.csv_layout import Layout, cells, is_data, plain_lines, without_labels
 
 _PARTS_OF_SECOND = {
@@ -18,6 +18,11 @@ _PARTS_OF_SECOND = {
     "milliseconds": 1e-3,
     "millis": 1e-3,
     "msec": 1e-3,
+    "ms": 1e-3,
+    "microseconds": 1e-6,
+    "micros": 1e-6,
+    "usec": 1e-6,
+    "us": 1e-6,
 }
 
 
@@ -66,6 +71,8 @@ def columns_of(form: Layout, frame: Any, argument: str) -> list[Cells]:
     """
     texts = _joined(form, frame)
     clocks = _clocks(form, texts, argument)
+    if sum(cells.clock for cells, _ in clocks) == 1 and len(clocks[0][1]) == 1:
+        clocks[0] = _with_fraction(form, texts, clocks[0][0])
     used = {index for clock in clocks for index in clock[1]}
     result = [clock[0] for clock in clocks]
     for index, column in enumerate(texts):
@@ -155,6 +162,15 @@ def _of_columns(
     head = " ".join(form.heads[k] for k in both)
     clock = Cells(min(both), np.where(np.isfinite(values), values, math.nan), lost, True, head)
     return clock, (*both, *part)
+
+
+def _with_fraction(form: Layout, texts: list[Any], clock: Cells) -> _Clock:
+    """A clock of whole seconds with the fractions of another column, if there is one."""
+    part, fraction = _fraction(form, texts)
+    whole = None if fraction is None else with_fraction(clock.values, fraction)
+    if whole is None or clock.column in part:
+        return clock, (clock.column,)
+    return clock._replace(values=whole), (clock.column, *part)
 
 
 def _fraction(form: Layout, texts: list[Any]) -> tuple[tuple[int, ...], Floats | None]:

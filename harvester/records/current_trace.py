@@ -17,8 +17,9 @@ from harvester.errors import InputError, invalid
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.quantities.kinds import CURRENT, TIME
 from harvester.records.csv_table import CsvColumn, CsvTable, check_numbers, read_table
-from harvester.records.named_columns import is_time, no_column, numbers, times
+from harvester.records.named_columns import is_time, no_column, numbers
 from harvester.records.read_once import read_once
+from harvester.records.record_clock import times
 from harvester.records.time_units import FASTEST_PROFILER
 
 STATES = 40

@@ -18,6 +18,7 @@ from harvester.machine import files
 from harvester.records import csv_table
 from harvester.records.csv_layout import Layout, layout, plain_lines
 from harvester.records.csv_table import CsvTable, decoded, table_of
+from harvester.records.record_facts import MendError
 from harvester.records.records import Record
 
 BLOCK = 2**22  # bytes
@@ -26,7 +27,6 @@ UNEVEN = 0.01  # of a step: how far a time may be off an even grid
 # times to a sample, and samples at once, for the mean jerk
 FINE = 8
 EACH = 2**16
-MEND = "'harvester record FILE --out clean.csv' mends it"
 UTF_16 = b"\xff\xfe", b"\xfe\xff"
 
 # times (s) and accelerations (m/s^2) of a table, checked
@@ -233,9 +233,7 @@ def long_record(
         steps = np.diff(times, prepend=ends[-1][1] if ends else times[0] - 1.0)
         if not (steps > 0.0).all():
             row = count + int(np.argmin(steps > 0.0)) + 1
-            raise InputError(
-                f"{argument} must have ascending times, but row {row} does not: {MEND}"
-            )
+            raise MendError(f"{argument} must have ascending times, but row {row} does not")
         uneven = max(
             uneven, float(np.abs(times - np.linspace(times[0], times[-1], len(times))).max())
         )
@@ -247,9 +245,8 @@ def long_record(
     spacing = float(when[-1] - when[0]) / (count - 1)
     off = np.abs(when - when[0] - spacing * rows)
     if max(float(off.max()), 0.5 * uneven) > UNEVEN * spacing:
-        raise InputError(
-            f"{argument} must have equal steps of time, but about row {int(rows[off.argmax()]) + 1} has others: {MEND}"
-        )
+        row = int(rows[off.argmax()]) + 1
+        raise MendError(f"{argument} must have equal steps of time, but about row {row} has others")
     if not square > 0.0:
         raise invalid(argument, "have accelerations other than 0", 0.0)
     return LongRecord(

@@ -1,8 +1,4 @@
-"""Columns by their names: times, counters, accelerations and frequencies, in SI units.
-
-Times without a unit are in seconds, if that makes a sampling rate that is possible
-(`harvester.records.time_units`); otherwise the unit is asked for.
-"""
+"""Columns by their names: times, counters, accelerations and frequencies, in SI units."""
 
 from collections.abc import Callable
 
@@ -10,14 +6,14 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.quantities.kinds import FREQUENCY, TIME, Kind
 from harvester.records.csv_table import CsvColumn, CsvTable
-from harvester.records.time_units import FASTEST, UNITS, decided, possible, typical_step
+from harvester.records.time_units import UNITS
 
 AXES = ("x", "y", "z")
 _TIMES = frozenset(
     ("time", "t", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec")
 )
 _TIMES |= {"zeit", "uhrzeit", "temps", "tijd", "tiempo", "tempo", "relative", "epoch", "clock"}
-_TIMES |= {"millis", "micros", "milliseconds", "microseconds", "msec", "usec", "uptime"}
+_TIMES |= {"millis", "micros", "milliseconds", "microseconds", "msec", "usec", "nsec", "uptime"}
 _COUNTERS = frozenset(("sample", "samples", "index", "idx", "count", "counter", "n", "nr", "no"))
 _COUNTERS |= {"number", "row", "seq"}
 _ACCELERATIONS = frozenset(
@@ -25,7 +21,7 @@ _ACCELERATIONS = frozenset(
 )
 _ACCELERATIONS |= {"beschleunigung"}
 _TIME_WORDS = {"millis": "ms", "milliseconds": "ms", "msec": "ms"}
-_TIME_WORDS |= {"micros": "us", "microseconds": "us", "usec": "us"}
+_TIME_WORDS |= {"micros": "us", "microseconds": "us", "usec": "us", "nsec": "ns"}
 _HERTZ = ("hz", "khz", "mhz", "ghz")
 _FREQUENCIES = frozenset(["frequency", "freq", "f", "hz", "frequenz", "frequencies"])
 
@@ -76,33 +72,6 @@ def unit_of_time(column: CsvColumn) -> tuple[float | None, str]:
     words = _TIME_WORDS.items()
     known = "" if column.stated else next((u for word, u in words if word in column.words), "")
     return UNITS.get(known), known
-
-
-def times(table: CsvTable, key: str, fastest: float = FASTEST) -> Floats | None:
-    """The times of a table in seconds, from its first column of times; None if it has none.
-
-    ``fastest`` is the highest sampling rate that is possible (Hz).  Raises InputError for a unit
-    of another quantity, and for times without a unit that cannot be in seconds.
-    """
-    columns = table.find(is_time)
-    if not columns:
-        return None
-    column = columns[0]
-    factor, _ = unit_of_time(column)
-    if column.clock or factor is not None:
-        return column.values * (1.0 if column.clock or factor is None else factor)
-    if column.stated:
-        raise invalid(f"{key} column {column.name!r}", "have a unit such as s", column.stated)
-    reading = decided(column.values, fastest)
-    ways = possible(column.values, fastest)
-    if ways and (reading is None or reading.unit != "s"):
-        rates = ", ".join(f"'{column.name} ({way.unit})' for {way.rate:.4g} Hz" for way in ways)
-        slow = 1.0 / typical_step(column.values)
-        raise InputError(
-            f"{key} column {column.name!r} must have a unit, for its steps are hardly seconds: "
-            f"name it {rates}, or '{column.name} (s)' for {slow:.4g} Hz"
-        )
-    return column.values
 
 
 def numbers(

@@ -21,16 +21,26 @@ _PERIOD = re.compile(
 )
 _Y_UNIT = re.compile(r"(?:y|vertical)[ _-]?units?(?:[ _-]?label)?", re.IGNORECASE)
 _X_UNIT = re.compile(r"(?:x|horizontal)[ _-]?units?(?:[ _-]?label)?", re.IGNORECASE)
+_HERTZ = {"sps": "Hz", "samples/s": "Hz", "sa/s": "Hz"}
 _UNIT_OF_KEY = re.compile(r"(.*?)\s*\(([^()]*)\)")
 
 
 @dataclass(frozen=True)
 class Preamble:
-    """The sampling ``rate`` (Hz), and the units of both axes; None or "" if they are not stated."""
+    """The sampling ``rate`` (Hz), and the units of both axes; None or "" if they are not stated.
+
+    ``period`` is a time between samples whose unit is not stated.
+    """
 
     rate: float | None = None
     x_unit: str = ""
     y_unit: str = ""
+    period: float | None = None
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether the rate or the period of the samples is stated."""
+        return self.rate is not None or self.period is not None
 
 
 NOTHING = Preamble()
@@ -41,6 +51,7 @@ def preamble(lines: Iterable[str]) -> Preamble:
     lines = list(lines)
     rate: float | None = None
     period = _increment(lines)
+    open_period: float | None = None
     x_unit = ""
     y_unit = ""
     for line in lines:
@@ -52,18 +63,15 @@ def preamble(lines: Iterable[str]) -> Preamble:
         inner = _UNIT_OF_KEY.fullmatch(key)
         key, unit = (inner[1], inner[2]) if inner else (key, "")
         if _RATE.fullmatch(key):
-            rate = _number(
-                value, unit or "Hz", FREQUENCY.scale, {"sps": "Hz", "samples/s": "Hz", "sa/s": "Hz"}
-            )
+            rate = _number(value, unit or "Hz", FREQUENCY.scale, _HERTZ)
         elif _PERIOD.fullmatch(key):
-            period = _number(value, unit or x_unit or "s", TIME.scale, {"S": "s"})
+            period = _number(value, unit or x_unit, TIME.scale, {"S": "s"})
+            open_period = None if period is not None else _plain(value)
         elif _Y_UNIT.fullmatch(key):
             y_unit = value
-        elif _X_UNIT.fullmatch(key):
-            x_unit = {"S": "s", "Sec": "s"}.get(value, value)
-    if rate is None and period is not None and period > 0.0:
-        rate = 1.0 / period
-    return Preamble(rate, x_unit, y_unit)
+        else:
+            x_unit = _unit_of_times(key, value) or x_unit
+    return _with_period(rate, period, open_period, (x_unit, y_unit))
 
 
 def _increment(lines: Sequence[str]) -> float | None:
@@ -76,6 +84,29 @@ def _increment(lines: Sequence[str]) -> float | None:
     return None
 
 
+def _unit_of_times(key: str, value: str) -> str:
+    """The unit of the first axis; "" if the line does not state it."""
+    if _X_UNIT.fullmatch(key):
+        return {"S": "s", "Sec": "s"}.get(value, value)
+    # LabVIEW's unit of times
+    return "s" if (key.lower(), value.lower()) == ("x_dimension", "time") else ""
+
+
+def _with_period(
+    rate: float | None, period: float | None, bare: float | None, units: tuple[str, str]
+) -> Preamble:
+    """The facts by a rate (Hz), or else by a period (s), or by one without a unit."""
+    if rate is None and period is not None and period > 0.0:
+        rate = 1.0 / period
+    return Preamble(rate, units[0], units[1], bare if rate is None else None)
+
+
+def _plain(text: str) -> float | None:
+    """A number above 0 without a unit; None for another text."""
+    parts = split_unit(text)
+    return parts[0] if parts is not None and not parts[1].strip() and parts[0] > 0.0 else None
+
+
 def _number(
     text: str, unit: str, scale: Callable[[str], tuple[float | None, int]], others: dict[str, str]
 ) -> float | None:
@@ -84,9 +115,9 @@ def _number(
     None for another text, and if it is not above 0.
     """
     parts = split_unit(text)
-    if parts is None:
+    written = unit if parts is None else parts[1].strip() or unit
+    if parts is None or not written:
         return None
-    written = parts[1].strip() or unit
     written = others.get(written, others.get(written.lower(), written))
     factor, _ = scale(written)
     return parts[0] * factor if factor is not None and parts[0] > 0.0 else None

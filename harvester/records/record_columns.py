@@ -41,7 +41,7 @@ def named(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
     axes = ("acceleration",) if len(numbers) == 1 else AXES if len(numbers) == len(AXES) else ()
     if not axes:
         return table
-    counts = table.facts.rate is not None and bool((steps == 1.0).all())
+    counts = table.facts.is_sampled and bool((steps == 1.0).all())
     rows = "sample" if counts else "time"
     heads = dict(zip((column.index for column in numbers), axes, strict=True)) | {first.index: rows}
     notes.append(note("no_names", names=", ".join((rows, *axes))))
@@ -115,6 +115,10 @@ def accelerations(
             f"FILE column {column.name!r} must have numbers, but all its rows are empty"
         )
     if unit is not None:
+        scale = column.scale(ACCELERATION) or (_scale(table.facts.y_unit), 1)
+        if scale[0] is not None and not math.isclose(scale[0], _factor(unit)):
+            stated = column.stated or table.facts.y_unit or column.head
+            notes.append(note("given_unit", given=unit, stated=stated))
         return column.values * _factor(unit)
     values = column.in_si(ACCELERATION)
     if values is not None:

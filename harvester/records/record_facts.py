@@ -31,3 +31,11 @@ class AskedError(InputError):
         super().__init__(text)
         self.option = option
         self.value = value
+
+
+class MendError(InputError):
+    """A fault of a record that `harvester record` corrects; ``plain`` is the fault alone."""
+
+    def __init__(self, plain: str) -> None:
+        super().__init__(f"{plain}: 'harvester record FILE --out clean.csv' mends it")
+        self.plain = plain

@@ -34,16 +34,17 @@ from harvester.records.density_slopes import (
     slopes,
     with_ranges,
 )
-from harvester.records.long_record import MEND, UNEVEN, long_record
+from harvester.records.long_record import UNEVEN, long_record
 from harvester.records.named_columns import (
     is_acceleration,
     is_frequency,
     is_time,
     no_column,
     numbers,
-    times,
 )
 from harvester.records.read_once import read_once
+from harvester.records.record_clock import times
+from harvester.records.record_facts import MendError
 from harvester.records.record_remedy import remedy
 from harvester.records.record_times import FEWEST
 from harvester.records.records import Record, TabulatedDensity
@@ -79,8 +80,8 @@ def read_record(path: str) -> Record:
         return read_once(_record, path)
     except InputError as error:
         command = remedy(path)
-        text = str(error).replace(f": {MEND}", "")
-        raise type(error)(f"{text}: {command} mends it" if command else str(error)) from None
+        plain = error.plain if isinstance(error, MendError) else str(error)
+        raise InputError(f"{plain}: {command} mends it" if command else str(error)) from None
 
 
 def _record(path: str) -> Record:
@@ -91,7 +92,7 @@ def _columns(table: CsvTable) -> tuple[Floats, Floats]:
     """The times (s) and the accelerations (m/s^2) of a table."""
     key = RECORD
     if table.notes:
-        raise InputError(f"{key} must have numbers in each row, but {table.notes[0]}: {MEND}")
+        raise MendError(f"{key} must have numbers in each row, but {table.notes[0]}")
     time = times(table, key)
     if time is None:
         raise no_column(table, key, "time", TIME)
@@ -109,13 +110,11 @@ def _whole(path: str) -> Record:
         raise invalid(key, f"have at least {FEWEST} rows", len(time))
     if not (steps > 0.0).all():
         row = int(np.argmin(steps > 0.0)) + 2
-        raise InputError(f"{key} must have ascending times, but row {row} does not: {MEND}")
+        raise MendError(f"{key} must have ascending times, but row {row} does not")
     spacing = float(time[-1] - time[0]) / len(steps)
     off = np.abs(time - time[0] - spacing * np.arange(len(time)))
     if off.max() > UNEVEN * spacing:
-        raise InputError(
-            f"{key} must have equal time steps, but row {int(off.argmax()) + 1} is off: {MEND}"
-        )
+        raise MendError(f"{key} must have equal time steps, but row {int(off.argmax()) + 1} is off")
     if not values.any():
         raise invalid(key, "have accelerations other than 0", 0.0)
     return Record.of(spacing, values)

@@ -59,6 +59,12 @@ def typical_step(values: Floats) -> float:
     return float(np.median(ascending)) if len(ascending) else math.nan
 
 
+def repeated(values: Floats) -> float:
+    """The share of neighbours that are equal."""
+    steps = np.diff(values[np.isfinite(values)])
+    return float((steps == 0.0).mean()) if len(steps) else 0.0
+
+
 def possible(values: Floats, fastest: float = FASTEST) -> list[Reading]:
     """The ways of times without a unit that are possible, the likeliest first.
 

@@ -269,6 +269,13 @@ def joint(rng, folder, beta=None):
     return [first, second], truth.parameters(*WHOLE, "dielectric_loss")
 
 
+def displacement_file(folder, t, y, truth, r, gap):
+    """The file of a ring-down against a stop, with the laser's offset, and the true parameters."""
+    path = write(folder / "b.csv", "Time (s),Displacement (mm)", t, (y + 2e-4) * 1e3)
+    stop = {"stop.restitution": r, "stop.gap": gap}
+    return [path + "@short"], {**truth.parameters(*MECHANICAL), **stop}
+
+
 def bounce(rng, folder):
     """A ring-down against a stop at a distance: a laser's displacement, noise of 0.3 % of the first swing."""
     truth = device(rng)
@@ -277,12 +284,7 @@ def bounce(rng, folder):
     gap = rng.uniform(0.1, 0.4) * x0
     t = np.linspace(0.0, 12.0 / truth.f0, 2400)
     y = bouncing(truth, r, gap, x0, t) + 3e-3 * x0 * rng.standard_normal(len(t))
-    path = write(folder / "b.csv", "Time (s),Displacement (mm)", t, (y + 2e-4) * 1e3)
-    return [path + "@short"], {
-        **truth.parameters(*MECHANICAL),
-        "stop.restitution": r,
-        "stop.gap": gap,
-    }
+    return displacement_file(folder, t, y, truth, r, gap)
 
 
 def bounces(rng, folder):
@@ -303,12 +305,7 @@ def bounces(rng, folder):
     t = np.linspace(0.0, swings / truth.f0, max(count, int(30 * swings)))
     noise = math.exp(rng.uniform(math.log(1e-3), math.log(1e-2)))
     y = bouncing(truth, r, gap, x0, t) + noise * x0 * rng.standard_normal(len(t))
-    path = write(folder / "b.csv", "Time (s),Displacement (mm)", t, (y + 2e-4) * 1e3)
-    return [path + "@short"], {
-        **truth.parameters(*MECHANICAL),
-        "stop.restitution": r,
-        "stop.gap": gap,
-    }
+    return displacement_file(folder, t, y, truth, r, gap)
 
 
 def several_modes(rng, folder, *modes):

@@ -6,6 +6,11 @@ MESSAGES: dict[str, str] = {
     "deck_no_drive": "no source is between {nets}, and nothing is left out there",
     "deck_capacitance": "left out: {text} ({line}), the piezo's own capacitance, which the scene "
     "has: [piezo] capacitance = {value} F",
+    "deck_motion": "left out: {text}, in series with the drive: the mass, spring and damper of the "
+    "deck's own model, which the scene's [oscillator] replaces",
+    "deck_written": "written: {out}",
+    "deck_unwritten": "nothing is written: `out` board.cir writes the board",
+    "deck_table": "its table in a scene:",
     "deck_cards": "left out: {cards}, which act on the deck's own simulation",
     "deck_commands": "left out: {count} commands between .control and .endc, which never run here",
     "deck_command_changes": "left out: the command {command} ({line}), which may change the "

@@ -45,6 +45,15 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "no_times": "no times: assumed {rate:g} samples per second",
     "unit_of_times": _unit_of_times,
     "unit_by_rate": "the times have no unit: read in {unit}, at {rate:.6g} samples per second, because {slow:.4g} per second (in s) is impossible for an accelerometer",
+    "unit_by_stated_rate": "the times have no unit: read in {unit}, by the rate of {rate:.6g} Hz "
+    "above them",
+    "rate_contradicts": "the times have {rate:.6g} samples per second, the lines above them "
+    "{stated:.6g}: the times are used",
+    "unit_of_period": "the sampling period {period:g} has no unit: read in {unit}",
+    "fraction_column": "the fractions of a second are those of {column!r}",
+    "finer_times": "{coarse!r} repeats its times: those of {column!r} are used",
+    "given_unit": "the unit given is {given}; the file states {stated}",
+    "given_rate": "the rate given is {given:g} Hz; the file states {stated:g} Hz",
     "slow_times": "{rate:.4g} samples per second is too slow for an accelerometer: if the times are in {unit} (`time_unit` {unit}), it is {other:.6g}",
     "rolled_over": "the counter of times rolled over {times} times, by {by:.12g}: undone",
     "counted_rows": "the rows are numbered by {column!r}: {lost} numbers are missing",

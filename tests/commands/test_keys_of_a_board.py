@@ -1,0 +1,45 @@
+"""`harvester keys board.toml`: the parts of a board that vary, each of which a scene may set."""
+
+import json
+
+import pytest
+
+import harvester as hv
+from harvester.errors import InputError
+from tests.support.paths import ROOT
+
+BOARD = ROOT / "examples" / "bimorph_board.toml"
+
+
+def test_each_listed_part_varies(harvester):
+    status, out, error = harvester("keys", BOARD, "--json")
+    assert (status, error) == (0, "")
+    parts = json.loads(out)
+    assert {"load.parameters.C1", "load.parameters.R4"} <= set(parts)  # as in the schematic
+    assert "load.parameters.R" not in parts  # which is R4
+    scene = hv.load(BOARD)
+    for key, value in parts.items():
+        if value:
+            assert scene.varied({key: 1.01 * value}) is not None
+    text = harvester("keys", BOARD)[1]
+    assert text.count("\n") == len(parts)
+
+
+def test_an_unknown_part_is_answered_with_the_list(harvester):
+    names = [
+        key.removeprefix("load.parameters.")
+        for key in json.loads(harvester("keys", BOARD, "--json")[1])
+    ]
+    status, _, error = harvester("sweep", BOARD, "--vary", "load.parameters.C1x=1u:2u:2")
+    assert status == 2
+    assert error.count("\n") == 1
+    assert all(name in error for name in names)
+
+
+def test_a_scene_without_a_netlist(harvester):
+    status, _, error = harvester("keys", ROOT / "examples" / "plate.toml")
+    assert (status, "must have a netlist" in error) == (2, True)
+    with pytest.raises(InputError, match="unknown parameter of netlist"):
+        hv.load(BOARD).varied({"load.parameters.Q9": 1.0}) and hv.run(
+            hv.load(BOARD).varied({"load.parameters.Q9": 1.0}), engine="slow"
+        )
