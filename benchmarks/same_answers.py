@@ -91,13 +91,13 @@ COMMANDS = {
     "compare": "compare examples/plate_with_stop.toml --trajectories 32 --duration 1 --seed 3 --out {out} --json",
     "stability": "stability examples/plate_weak.toml --trajectories 64 --seed 3 --json",
     "stability, paper": "stability examples/paper_figure3.toml --trajectories 64 --seed 3 --json",
-    "optimise, linear": "optimise examples/plate.toml --over load.resistance=10k:10M --out {out} --json",
-    "optimise, formula": f"optimise examples/plate_with_stop.toml --over {LOAD} --engine averaged --out {{out}} --json",
-    "optimise, limit": f"optimise examples/plate.toml --over {LOAD} --limit voltage_rms<2V --out {{out}} --json",
-    "optimise, spread": f"optimise examples/plate_with_stop.toml --over {LOAD} --vary piezo.capacitance=10% --for 5% "
-    "--engine averaged --seed 3 --out {out} --json",
-    "optimise, front": f"optimise examples/plate.toml --over {LOAD} --over piezo.coupling=1e-4:1e-3 "
-    "--pareto voltage_rms --seed 3 --out {out} --json",
+    "optimise, linear": "optimise examples/plate.toml --vary load.resistance=10k:10M --out {out} --json",
+    "optimise, formula": f"optimise examples/plate_with_stop.toml --vary {LOAD} --engine averaged --out {{out}} --json",
+    "optimise, limit": f"optimise examples/plate.toml --vary {LOAD} --limit voltage_rms<2V --out {{out}} --json",
+    "optimise, spread": f"optimise examples/plate_with_stop.toml --vary {LOAD} --spread piezo.capacitance=10% "
+    "--objective 5% --engine averaged --seed 3 --out {out} --json",
+    "optimise, front": f"optimise examples/plate.toml --vary {LOAD} --vary piezo.coupling=1e-4:1e-3 "
+    "--objective voltage_rms --seed 3 --out {out} --json",
     "tolerance": "tolerance examples/plate_with_stop.toml --vary piezo.capacitance=10% --vary load.resistance=E24:5% "
     "--engine averaged --samples 500 --runs 60 --checks 0 --workers 1 --seed 3 --out {out} --json",
     "charge, ideal": "charge examples/plate_bridge.toml --to 0.5V --trajectories 32 --seed 3 --out {out} --json",

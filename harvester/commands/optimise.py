@@ -60,13 +60,6 @@ from harvester.errors import InputError
         metavar="N",
         help="Largest number of designs on a Pareto front.  Default: 9.",
     ),
-    cloup.option("--over", multiple=True, hidden=True, help="The name of --vary in version 0.1."),
-    cloup.option(
-        "--for", "share", hidden=True, help="A percentage as --objective, in version 0.1."
-    ),
-    cloup.option(
-        "--pareto", hidden=True, help="A second objective as --objective, in version 0.1."
-    ),
 )
 @partial(sampling, whole="the whole search, or the search of each circuit", unset="60s")
 @output_options("Folder for optimise.csv (all evaluations), optimise.png and provenance.json.")
@@ -118,22 +111,9 @@ def optimise(
 
 
 def _objective_of(options: dict[str, Any]) -> dict[str, Any]:
-    """What is varied and what is good, taken out of the options; with --over, --vary is what --spread is now."""
-    vary, over, spread = (options.pop(name) for name in ("vary", "over", "spread"))
-    if over:
-        circuits = tuple(
-            text for text in vary if text.partition("=")[0].strip() in ("load.netlist", "netlist")
-        )
-        vary, spread = (
-            (*over, *circuits),
-            (*spread, *(text for text in vary if text not in circuits)),
-        )
-    if not vary:
+    """What is varied and what is good, taken out of the options."""
+    names = ("vary", "spread", "objective", "constraints", "lifetime")
+    asked = {name: options.pop(name) for name in names}
+    if not asked["vary"]:
         raise InputError("Missing option '--vary'. (such as --vary load.resistance=1k:10M)")
-    old = [option for option in (options.pop("share"), options.pop("pareto")) if option is not None]
-    conditions = {name: options.pop(name) for name in ("constraints", "lifetime")}
-    return conditions | {
-        "vary": vary,
-        "spread": spread,
-        "objective": [*options.pop("objective"), *old] or "mean_power",
-    }
+    return asked | {"objective": list(asked["objective"]) or "mean_power"}

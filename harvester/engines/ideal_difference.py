@@ -11,8 +11,7 @@ import numpy as np
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.mechanics.kernels.moments import Moments
-from harvester.uncertainty.controls import controlled_entries
-from harvester.uncertainty.value import Value, mean_and_error
+from harvester.uncertainty.paired_difference import difference95, share95
 
 if TYPE_CHECKING:
     from harvester.circuits.compiled_circuit import CompiledCircuit
@@ -90,17 +89,12 @@ def difference_from_compiled(
 
 
 def _largest(name: str, high: Moments, low: Moments) -> float:
-    """The relative difference of a moment at 95 %, by the better of two ways to use controls, and that of the judge."""
-    (mine, its) = (getattr(moments, name) for moments in (high, low))
-    size = float(getattr(low, name).mean())
-    ways = [mine - its]
-    if high.controls is not None and low.controls is not None:
-        ways = [controlled_entries(mine - its, high.controls - low.controls)]
-        ways.append(controlled_entries(mine, high.controls) - controlled_entries(its, low.controls))
-    entries = min(ways, key=np.std)
-    off, stderr = mean_and_error(entries)
-    sampling = Value(off, stderr, dof=len(entries) - 1.0).sampling95
-    return (abs(off) + sampling) / size + JUDGE if size > 0.0 else 0.0
+    """The relative difference of a moment at 95 %, and that of the judge."""
+    mine, its = (getattr(moments, name) for moments in (high, low))
+    size = float(its.mean())
+    if not size > 0.0:
+        return 0.0
+    return share95(difference95(mine, its, (high.controls, low.controls)), size) + JUDGE
 
 
 def _of_periods(

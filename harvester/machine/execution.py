@@ -1,20 +1,17 @@
 """How a study is carried out, apart from what it computes: by whom, into which folder, and who is reported of it."""
 
 import dataclasses
-import functools
-import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine import files
-from harvester.machine.progress import NO_PROGRESS, CallingBack, Progress
+from harvester.machine.progress import NO_PROGRESS, Progress
 
 MOST_WORKERS = 1000
-Study = TypeVar("Study", bound=Callable[..., Any])
 
 
 @names_arguments
@@ -84,78 +81,3 @@ class Execution:
 
 
 DEFAULT = Execution()
-# Keywords of studies in version 0.1, and what they are now.
-_FIELDS = {"workers": "workers", "resume": "resume", "out": "out", "vector": "formats"}
-
-
-def calls_with_name(report: Callable[[str], object]) -> Progress:
-    """The progress of a function ``report``, a ``tick`` of version 0.1 that was called with a name."""
-    return CallingBack(lambda _, what: report(what))
-
-
-def calls_with_fraction(report: Callable[[float], object]) -> Progress:
-    """The progress of a function ``report``, a ``tick`` of version 0.1 that was called with the fraction done."""
-    return CallingBack(lambda done, _: report(done))
-
-
-def as_in_version_0_1(
-    *positional: str,
-    adapter: Callable[[Any], Progress] = CallingBack,
-    executes: bool = True,
-    **renamed: str,
-) -> Callable[[Study], Study]:
-    """Let a study be called as in version 0.1, with a DeprecationWarning.
-
-    ``positional`` are the names of the arguments behind the first that could be given without a keyword, ``renamed``
-    the names of today of keywords that had another.  With
-    ``executes`` the fields of `Execution` may be keywords of the study's own; ``adapter`` makes the `Progress` of the
-    function that was the keyword ``tick`` or ``progress``.
-    """
-
-    def decorated(study: Study) -> Study:
-        name = study.__name__
-
-        @functools.wraps(study)
-        def called(first: Any, *others: Any, **options: Any) -> Any:
-            if len(others) > len(positional):
-                raise InputError(
-                    f"{name} must have at most {1 + len(positional)} arguments without a name"
-                )
-            if others:
-                given = dict(zip(positional, others, strict=False))
-                _warn(f"{name} takes {', '.join(f'`{key}`' for key in given)} by keyword only", 3)
-                options = given | options
-            for old in options.keys() & renamed.keys():
-                _warn(f"{name} takes `{old}` as `{renamed[old]}`", 3)
-                options[renamed[old]] = options.pop(old)
-            if executes:
-                options = _with_execution(name, options, adapter)
-            return study(first, **options)
-
-        return called  # type: ignore[return-value]
-
-    return decorated
-
-
-def _with_execution(
-    name: str, options: dict[str, Any], adapter: Callable[[Any], Progress]
-) -> dict[str, Any]:
-    """The options with those in an `Execution` that were keywords of their own."""
-    fields = {_FIELDS[key]: options.pop(key) for key in _FIELDS if key in options}
-    for key in ("tick", "progress"):
-        if key in options and (report := options.pop(key)) is not None:
-            fields["progress"] = report if hasattr(report, "step") else adapter(report)
-    if not fields:
-        return options
-    _warn(
-        f"{name} takes {', '.join(f'`{key}`' for key in fields)} in execution=hv.Execution(...)", 4
-    )
-    if "execution" in options:
-        raise InputError(
-            f"{name} must have `{next(iter(fields))}` in its `execution`, but has it beside that"
-        )
-    return options | {"execution": Execution(**fields)}
-
-
-def _warn(text: str, stacklevel: int) -> None:
-    warnings.warn(f"{text} from version 0.3 on", DeprecationWarning, stacklevel=stacklevel)

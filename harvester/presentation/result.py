@@ -5,7 +5,6 @@ nothing itself: what it wants beyond the order of its fields it states in class 
 """
 
 import dataclasses
-import warnings
 from typing import TYPE_CHECKING, Any, ClassVar, dataclass_transform
 
 from harvester.errors import names_arguments
@@ -32,7 +31,7 @@ class Result:
     For a result's names, its fields but for ``INTERNAL`` ones and then ``DERIVED`` properties, the
     text shows all but ``NOT_SHOWN``, JSON all but ``NOT_IN_JSON`` (under other names if
     ``JSON_NAMES`` has some; for those ``OPTIONAL`` only what is there), and the short repr those of
-    ``SHORT``; ``RENAMED`` maps names of an earlier version to today's. A field ``diagnostics``
+    ``SHORT``.  A field ``diagnostics``
     becomes the notes and warnings, ``physical`` states whether the numbers have SI units.
 
     Two results are equal if all that they say is, but for the seconds of computing.
@@ -45,7 +44,6 @@ class Result:
     OPTIONAL: ClassVar[frozenset[str]] = frozenset()
     JSON_NAMES: ClassVar[dict[str, str]] = {}
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "mean_power")
-    RENAMED: ClassVar[dict[str, str]] = {}
 
     def __init_subclass__(cls, kw_only: bool = False) -> None:
         names_arguments(
@@ -54,15 +52,6 @@ class Result:
 
     if TYPE_CHECKING:
         __dataclass_fields__: ClassVar[dict[str, Any]]
-    else:  # or type checkers would take any name for one of a result's
-
-        def __getattr__(self, name):
-            if name not in type(self).RENAMED:
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            new = type(self).RENAMED[name]
-            text = f"{type(self).__name__}.{name} is {new} from version 0.3 on"
-            warnings.warn(text, DeprecationWarning, stacklevel=2)
-            return getattr(self, new)
 
     def __post_init__(self) -> None:
         """Give each of its values the unit that the glossary has for its name, and its parts the units of the whole."""

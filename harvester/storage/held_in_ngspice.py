@@ -12,6 +12,7 @@ The netlists of this package are compared in tests, and `JUDGE` is what those fo
 import dataclasses
 import math
 import time
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -27,17 +28,17 @@ from harvester.netlists.load_circuit import LoadCircuit, with_parts
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 from harvester.storage.measured_current import FADED, JUDGE, time_constant
 from harvester.storage.rectifier_cut import STORE, held_rectifier
-from harvester.uncertainty.value import Value, mean_and_error
+from harvester.uncertainty.paired_difference import difference95, half_if_enough, share95
 
 if TYPE_CHECKING:
     from harvester.cosimulation.runs import CoupledDevice
 
 PARTS = 0.5, 0.9  # of the working voltage
 RUNS = 8  # under noise, at each voltage; half of them where these show a difference below `JUDGE`
-# time constants of the mass, after those in which the compiled rectifier settles:
+# time constants of the mass, after those in which the compiled rectifier settles: under a drive,
+# and under noise, where both begin nearly settled
 SETTLING = (3.0, 1.0)
 AVERAGED = 4.0
-# under a drive, and under noise, where both begin nearly settled
 # of the store, over the piezo's capacitance: more would be lost in the digits of ngspice's voltage
 HELD = 1e5
 RELTOL = 1e-5  # of ngspice, which is the judge here
@@ -89,30 +90,30 @@ def current_difference(
     )
     seeds = np.random.SeedSequence([seed, 19]).spawn(RUNS if eqs.is_random else 1)
     deadline = time.monotonic() + PATIENCE
-    gains = np.empty((len(PARTS), 0, 2))
-    half = (len(seeds) + 1) // 2
-    for some in (seeds[:half], seeds[half:]):
-        jobs = [(device, each, part * volts, deadline, piece) for part in PARTS for each in some]
-        try:
-            more = np.array(list(map_in_workers(_gains, jobs))).reshape(len(PARTS), len(some), 2)
-        except (CircuitError, MissingProgramError, OutOfTimeError):
-            return None
-        gains = np.concatenate([gains, more], axis=1)
-        largest = float(gains[:, :, 1].mean(axis=1).max())
-        if not largest > 0.0:
-            return None
-        difference = max(_at_95(pairs, FAINT * largest) for pairs in gains)
-        if difference < JUDGE or len(gains[0]) == len(seeds):
-            break
-    return difference
+
+    def in_workers(some: Sequence[np.random.SeedSequence]) -> Floats:
+        """What ngspice and the compiled circuit gain, shape (seeds, voltages, 2)."""
+        jobs = [(device, seed, part * volts, deadline, piece) for seed in some for part in PARTS]
+        return np.reshape(list(map_in_workers(_gains, jobs)), (len(some), len(PARTS), 2))
+
+    try:
+        largest = half_if_enough(seeds, in_workers, _largest_share, lambda share: share < JUDGE)
+    except (CircuitError, MissingProgramError, OutOfTimeError):
+        return None
+    return None if math.isinf(largest) else largest
 
 
-def _at_95(pairs: Floats, least: float) -> float:
-    """By what part of the second the first of pairs may differ in the mean, shape (n, 2)."""
-    off, error = mean_and_error(pairs[:, 0] - pairs[:, 1])
-    many = len(pairs) > 1
-    sampling = Value(off, error, dof=len(pairs) - 1.0).sampling95 if many else 0.0
-    return (abs(off) + sampling) / max(float(pairs[:, 1].mean()), least)
+def _largest_share(gains: list[Floats]) -> float:
+    """The largest relative difference at the voltages, at 95 %; inf if nothing is gained."""
+    high, low = np.moveaxis(np.array(gains), 2, 0)
+    sizes = low.mean(axis=0)
+    if not sizes.max() > 0.0:
+        return math.inf
+    least = FAINT * float(sizes.max())
+    return max(
+        share95(difference95(high[:, k], low[:, k]), max(float(size), least))
+        for k, size in enumerate(sizes)
+    )
 
 
 def _gains(

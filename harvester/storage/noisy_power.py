@@ -36,6 +36,7 @@ from harvester.storage.steady_power import (
     first_duration,
     mean_rate,
     of_load,
+    settled_part,
     settled_path,
 )
 from harvester.uncertainty.control_variate import controlled
@@ -85,17 +86,14 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
     less = judge + elements + abs(gain.value)
     currents = table, table.halved(), table.scaled(1.0 - less), table.shifted()
     others = [rough.run(current, duration, step) for current in currents]
-    ends, shorter = ((end / 4.0, end) for end in (duration, float(paths[0].t[-1])))
+    whole = settled_part(duration)
+    shorter = settled_part(float(paths[0].t[-1]))
 
     def known(name: str, stderr: float = 0.0) -> tuple[Value, float]:
         """The mean of an integral of the path with its errors, and by how much fluctuations change it."""
-        mean, base, *changed = (
-            mean_rate(run.t, getattr(run, name), *ends) for run in (path, *others)
-        )
+        mean, base, *changed = (mean_rate(run, name, whole) for run in (path, *others))
         by_voltages, by_less, by_sampling = (other - base for other in changed)
-        short, *changes = (
-            mean_rate(run.t, getattr(run, name), *shorter) for run in (others[0], *paths)
-        )
+        short, *changes = (mean_rate(run, name, shorter) for run in (others[0], *paths))
         change, spread = mean_and_error((np.array(changes) - short).reshape(-1, 2).mean(axis=1))
         model = abs(by_voltages) + abs(by_less) + judge * mean + abs(change)
         errors = math.hypot(stderr, by_sampling, spread, gain.normal_stderr * by_less / less)

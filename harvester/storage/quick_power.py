@@ -16,7 +16,14 @@ from harvester.storage.measured_current import (
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
-from harvester.storage.steady_power import FINER, MOST, first_duration, halves, mean_rate
+from harvester.storage.steady_power import (
+    FINER,
+    MOST,
+    first_duration,
+    halves,
+    mean_rate,
+    settled_part,
+)
 from harvester.uncertainty.value import Value
 
 # of the current: voltages, times the step, its last change
@@ -48,15 +55,15 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
     duration = PART * longest
     while True:
         path = circuit.run(table, duration, slow)
-        first, last = (mean_rate(path.t, path.square, *part) for part in halves(duration))
+        first, last = (mean_rate(path, "square", part) for part in halves(duration))
         if duration >= longest or abs(first - last) < SETTLED * last:
             break
         duration = min(2.0 * duration, longest)
-    means = (
-        mean_rate(path.t, integral, duration / 4.0, duration)
-        for integral in (path.square, path.piezo)
+    settled = settled_part(duration)
+    power, square = (
+        Value(mean_rate(path, name, settled), unknown=COMPILED_CIRCUIT)
+        for name in ("square", "piezo")
     )
-    power, square = (Value(mean, unknown=COMPILED_CIRCUIT) for mean in means)
     if not problem.equations.is_random:
         power, square = power.with_model(OFF), square.with_model(OFF)
     return power.scaled(1.0 / circuit.circuit.resistance), square, path

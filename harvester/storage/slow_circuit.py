@@ -29,7 +29,7 @@ from harvester.netlists.load_circuit import LoadCircuit
 from harvester.storage.measured_current import RUNS, Elements, HeldRuns, Rectifier, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import Cut
-from harvester.uncertainty.value import bound95
+from harvester.uncertainty.paired_difference import difference95, share95
 
 # time constants of the mass, at most; of charges whose stores are held
 DIRECT, COMPARED = 25.0, 10.0
@@ -159,8 +159,7 @@ def direct_check(
 
 def change_at_95(other: Floats, base: Floats) -> float:
     """What the mean of runs differs by from that of others on the same noise, as a part of it, with its sampling."""
-    changes = (other - base[: len(other)]) / max(abs(float(base.mean())), 1e-300)
-    return bound95(float(changes.mean()), float(changes.std(ddof=1)) / math.sqrt(len(changes)))
+    return share95(difference95(other, base), max(abs(float(base.mean())), 1e-300))
 
 
 def noise_check(

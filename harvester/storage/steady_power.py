@@ -74,7 +74,7 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     unit = time_constant(problem.equations) / scales.frequency
     h = unit / FINER
     path, duration, changed = settled_path(circuit, table, unit)
-    ends = duration / 4.0, duration
+    whole = settled_part(duration)
     rougher = SlowCircuit(problem.circuit, cut, scales, ROUGHER * TOLERANCE)
     judge, unknown = error_of_circuit(problem, float(path.rails.max()))
     less = table.scaled(1.0 - judge)
@@ -86,9 +86,7 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
 
     def known(name: str) -> tuple[Value, float]:
         """The mean of an integral of the path, corrected, and by how much."""
-        mean, twice, *changed = (
-            mean_rate(run.t, getattr(run, name), *ends) for run in (path, base, *others)
-        )
+        mean, twice, *changed = (mean_rate(run, name, whole) for run in (path, base, *others))
         by_step, by_voltages, by_judge = (abs(mean_of_other - twice) for mean_of_other in changed)
         off = _off(direct, path, mean, name)
         model = by_voltages + by_judge + judge * mean + abs(off)
@@ -134,7 +132,7 @@ def settled_path(
     duration = min(first_duration(circuit, table, unit), MOST * h)
     while True:
         path = circuit.run(table, duration, h, stride=4)
-        first, last = (mean_rate(path.t, path.square, *part) for part in halves(duration))
+        first, last = (mean_rate(path, "square", part) for part in halves(duration))
         if abs(first - last) <= SETTLED * last or 2.0 * duration > MOST * h:
             return path, duration, abs(first - last)
         duration *= 2.0
@@ -168,20 +166,33 @@ def first_duration(circuit: SlowCircuit, table: RectifiedCurrent, unit: float) -
     )
 
 
-def halves(duration: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """When the two halves of a run begin and end, which are compared; its first quarter is in neither."""
-    return (duration / 4.0, 0.625 * duration), (0.625 * duration, duration)
+class Span(NamedTuple):
+    """A part of a run, from ``begin`` to ``end`` (s)."""
+
+    begin: float
+    end: float
 
 
-def mean_rate(t: Floats, integral: Floats, begin: float, end: float) -> float:
-    """The mean rate of an integral between two times, weighted by Hann's window: whole cycles need not fit."""
-    middle = 0.5 * (t[1:] + t[:-1])
-    rates = np.diff(integral) / np.diff(t)
-    weights = np.where(
-        (middle > begin) & (middle < end),
-        np.sin(np.pi * (middle - begin) / (end - begin)) ** 2,
-        0.0,
-    )
+def settled_part(duration: float) -> Span:
+    """A run without its first quarter."""
+    return Span(duration / 4.0, duration)
+
+
+def halves(duration: float) -> tuple[Span, Span]:
+    """Both halves of the `settled_part`, which are compared."""
+    return Span(duration / 4.0, 0.625 * duration), Span(0.625 * duration, duration)
+
+
+def mean_rate(run: "SlowPath | _Direct", name: str, span: Span) -> float:
+    """The mean rate of an integral of a run, weighted by Hann's window: whole cycles need not fit.
+
+    The integral is "square" or "piezo", as of `SlowPath`.
+    """
+    middle = 0.5 * (run.t[1:] + run.t[:-1])
+    rates = np.diff(getattr(run, name)) / np.diff(run.t)
+    phase = np.pi * (middle - span.begin) / (span.end - span.begin)
+    inside = (middle > span.begin) & (middle < span.end)
+    weights = np.where(inside, np.sin(phase) ** 2, 0.0)
     return float((weights * rates).sum() / weights.sum())
 
 
@@ -218,15 +229,9 @@ def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
 
 def _of_direct(direct: _Direct, coarse: _Direct, name: str, judge: float) -> Value:
     """The mean rate of an integral by a direct run, and by another of twice the step; ``judge``: beside ngspice."""
-    end = direct.seconds
-    mean, twice, first, last = (
-        mean_rate(run.t, getattr(run, name), *part)
-        for run, part in (
-            (direct, (end / 4.0, end)),
-            (coarse, (end / 4.0, end)),
-            *((direct, part) for part in halves(end)),
-        )
-    )
+    whole = settled_part(direct.seconds)
+    mean, twice = (mean_rate(run, name, whole) for run in (direct, coarse))
+    first, last = (mean_rate(direct, name, half) for half in halves(direct.seconds))
     return Value(mean, bias=abs(twice - mean), model=abs(first - last) + judge * mean)
 
 
@@ -236,8 +241,8 @@ def _off(direct: _Direct, slow: SlowPath, mean: float, name: str) -> float:
     If nothing has reached the load by then, the difference is that of the energies in the store,
     as a part of the ``mean``.
     """
-    part = direct.seconds / 4.0, direct.seconds
-    slow_mean, direct_mean = (mean_rate(run.t, getattr(run, name), *part) for run in (slow, direct))
+    part = settled_part(direct.seconds)
+    slow_mean, direct_mean = (mean_rate(run, name, part) for run in (slow, direct))
     if max(direct_mean, slow_mean) > 1e-3 * mean:
         return direct_mean - slow_mean
     full, slowly = (float(np.interp(direct.seconds, run.t, run.store)) for run in (direct, slow))

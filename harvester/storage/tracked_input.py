@@ -25,7 +25,7 @@ from harvester.storage.measured_current import FADED, RUNS, HeldRuns, Rectifier,
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.slow_circuit import DIRECT, JUDGED, change_at_95
 from harvester.storage.supply import INPUT, charging_efficiency, input_without_load
-from harvester.uncertainty.value import bound95
+from harvester.uncertainty.paired_difference import difference95, share95
 
 SETTLING = 2  # looks before those that count, beside those in which the mass forgets its start
 STARTED = 10  # vibrations over which a cold start's power is a mean
@@ -61,15 +61,17 @@ def tracked_input(
         return None
     direct = law.energies(law.count)
     mean = law.energies(law.count, follows=False)
-    changes = direct - mean
-    level = float(mean.mean())
-    error = bound95(0.0, float(changes.std(ddof=1)) / math.sqrt(len(changes))) / level
+    change = difference95(direct, mean).scaled(1.0 / float(mean.mean()))
     elements = change_at_95(law.energies(JUDGED, twice=True), direct)
     if law.rectifier.ideal:
         elements += change_at_95(law.energies(JUDGED, compiled=True), direct)
     cold, cold_error = law.cold_share() if chip.cold_power > 0.0 else (1.0, 0.0)
     return TrackedInput(
-        float(changes.mean()) / level, error + cold_error, elements, cold, law.steps
+        gain=change.value,
+        error=change.sampling95 + cold_error,
+        elements=elements,
+        cold=cold,
+        steps=law.steps,
     )
 
 
@@ -162,7 +164,4 @@ class _Law:
         self.steps += held.runs.steps
         some, every = taken.reshape(2, -1, held.together).mean(axis=2)
         share = float(some.mean() / every.mean())
-        spread = float((some - share * every).std(ddof=1)) / (
-            math.sqrt(len(some)) * float(every.mean())
-        )
-        return share, bound95(0.0, spread)
+        return share, share95(difference95(some, share * every), float(every.mean()))

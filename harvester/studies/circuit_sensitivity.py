@@ -14,6 +14,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.mechanics.kernels.moments import Moments
 from harvester.uncertainty.controls import controlled_entries
+from harvester.uncertainty.paired_difference import difference95
 from harvester.uncertainty.value import Value, mean_and_error
 
 # of a key, up and down: by less where it could not be so large, and not below
@@ -93,13 +94,8 @@ def elasticities(
             _logarithm(*at(key, (1.0 + sign * change) * value)) for sign in (1, -1)
         )
         width = math.log1p(change) - math.log1p(-change)
-        controls = (
-            None
-            if more.controls is None or less.controls is None
-            else more.controls - less.controls
-        )
-        slope = mean_and_error(controlled_entries((log_more - log_less) / width, controls))
-        by_key[key] = value, Value(*slope, dof=count - 1.0, unknown=Compiled.UNKNOWN)
+        slope = difference95(log_more, log_less, (more.controls, less.controls))
+        by_key[key] = value, slope.scaled(1.0 / width).with_unknown(Compiled.UNKNOWN)
         seconds = max(seconds, time.monotonic() - begin)  # a key's own circuit is made, too
         report((k + 1) / len(known))
     mean = mean_and_error(controlled_entries(power.load, power.controls))

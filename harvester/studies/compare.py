@@ -28,7 +28,7 @@ from harvester.errors import (
     SimulationError,
     UnboundedResponseError,
 )
-from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1
+from harvester.machine.execution import DEFAULT, Execution
 from harvester.machine.progress import PartOfProgress, working
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.plain import plain
@@ -184,7 +184,6 @@ class Comparison(TableResult):
         return figures.comparison(self.estimates, self.paths, title)
 
 
-@as_in_version_0_1("seed")
 def compare(
     scene: AnyScene,
     *,

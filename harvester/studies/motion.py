@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import field
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -84,7 +84,6 @@ class Motion(TableResult):
     DERIVED = ("duration", "number_of_impacts", "ranges")
     NOT_SHOWN = frozenset({"stops", "shown", "hides_noise", "probes", "probe_units", "ranges"})
     NOT_IN_JSON = frozenset({"ranges"})
-    RENAMED: ClassVar[dict[str, str]] = {"t": "time", "x": "displacement", "v": "velocity"}
     SHORT = ("engine", "duration", "step", "number_of_impacts")
 
     time: Floats

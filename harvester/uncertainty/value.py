@@ -4,7 +4,6 @@ Long because a value, which users hold in their hands, explains each of its part
 """
 
 import math
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -170,6 +169,11 @@ class Value:
         return self.sampling95 + (self.bias or 0.0) + (self.model or 0.0)
 
     @property
+    def largest95(self) -> float:
+        """The largest size that the value may have at 95 %, as far as its errors are known."""
+        return abs(self.value) + self.known_error95
+
+    @property
     def error95(self) -> float | None:
         """`known_error95` if every part of the error is known; None if a part is not, or none is stated."""
         stated = any(error is not None for error in (self.stderr, self.bias, self.model))
@@ -214,23 +218,6 @@ class Value:
 
     def __repr__(self) -> str:
         return self.format()
-
-    def text(self, unit: str) -> str:
-        """The name of `format` before version 0.2."""
-        warnings.warn(
-            "Value.text is Value.format from version 0.3 on", DeprecationWarning, stacklevel=2
-        )
-        return self.format(unit)
-
-    @property
-    def whole_error95(self) -> float | None:
-        """The name of `error95` before version 0.2."""
-        warnings.warn(
-            "Value.whole_error95 is Value.error95 from version 0.3 on",
-            DeprecationWarning,
-            stacklevel=2,
-        )
-        return self.error95
 
     def _known_parts(self, written: Callable[[float], str]) -> str:
         """The errors that are known, as they are ``written``, and what is not."""
@@ -294,11 +281,6 @@ def half95(stderr: Any) -> Any:
 def stderr_of95(half: Any) -> Any:
     """The standard error of normal errors with a half-width of their 95 % interval, of any shape."""
     return half / NORMAL_QUANTILE
-
-
-def bound95(change: float, stderr: float) -> float:
-    """The size that a change, measured with a standard error, may have at 95 %: ``|change| + 1.96 stderr``."""
-    return abs(change) + NORMAL_QUANTILE * stderr
 
 
 def z_score(a: Value, b: Value) -> float | None:

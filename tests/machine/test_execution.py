@@ -5,7 +5,6 @@ import re
 import pytest
 
 import harvester as hv
-from harvester.machine.execution import as_in_version_0_1, calls_with_name
 from harvester.machine.progress import CallingBack, PartOfProgress
 
 
@@ -46,48 +45,3 @@ def test_parts_of_a_progress():
     rest.step(1.0, "paths")
     expected = [(0.25, "sweep"), (0.375, "sweep"), (0.5, "sweep"), (0.75, "paths"), (1.0, "paths")]
     assert told == expected
-
-
-@as_in_version_0_1("engines", adapter=calls_with_name)
-def study(scene, *, engines=(), execution=None):
-    """A study of today."""
-    execution.progress.step(1, scene)
-    return engines, execution
-
-
-def test_a_call_of_version_0_1_still_works_and_warns(tmp_path):
-    told = []
-    with pytest.warns(DeprecationWarning) as caught:
-        engines, execution = study(
-            "scene", ["spice"], tick=told.append, out=tmp_path, vector=["svg"], workers=2
-        )
-    assert (engines, told) == (["spice"], ["scene"])
-    assert execution == hv.Execution(
-        workers=2, out=tmp_path, formats=["svg"], progress=execution.progress
-    )
-    assert [str(one.message) for one in caught] == [
-        "study takes `engines` by keyword only from version 0.3 on",
-        "study takes `workers`, `out`, `formats`, `progress` in execution=hv.Execution(...) from version 0.3 on",
-    ]
-    assert {one.filename for one in caught} == {__file__}
-    with (
-        pytest.raises(hv.InputError, match="study must have `out` in its `execution`"),
-        pytest.warns(),
-    ):
-        study("scene", out=tmp_path, execution=hv.Execution())
-    with pytest.raises(hv.InputError, match="at most 2 arguments without a name"):
-        study("scene", 1, 2)
-
-
-@as_in_version_0_1(executes=False, over="vary")
-def renamed(scene, *, vary):
-    """A study one of whose keywords had another name."""
-    return vary
-
-
-def test_a_keyword_that_had_another_name():
-    with pytest.warns(
-        DeprecationWarning, match=r"^renamed takes `over` as `vary` from version 0\.3 on$"
-    ):
-        assert renamed("scene", over=1) == 1
-    assert renamed("scene", vary=2) == 2

@@ -153,28 +153,6 @@ def test_sweep_of_what_cannot_be(vary, says):
         hv.sweep(PLATE, vary=vary, engines=[hv.Published()])
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("load.resistance",), "`values` must go with a single key, but is left out"),
-        (({"load.resistance": "1k,2k"}, [1.0]), "`values` must go with a single key, but is given"),
-        (("load.resistance", [1e5]), None),
-        (({"load.resistance": [1e5]},), None),
-    ],
-)
-def test_sweep_as_in_version_0_1(tmp_path, arguments, says):
-    """A key and its values, or a mapping, without a name; each call warns in the line that made it."""
-    told = []
-    with pytest.warns(DeprecationWarning) as caught:
-        if says is None:
-            hv.sweep(PLATE, *arguments, engines=[hv.Published()], out=tmp_path, tick=told.append)
-            assert told == ["published"] and (tmp_path / "sweep.csv").exists()
-        else:
-            with pytest.raises(InputError, match=re.escape(says)):
-                hv.sweep(PLATE, *arguments, engines=[hv.Published()])
-    assert {one.filename for one in caught} == {__file__}
-
-
 def test_spaces():
     assert hv.logspace("1k", "10M", 5) == (
         "1000.0",
@@ -402,20 +380,3 @@ def test_equal_answers_are_equal(engine):
         != dataclasses.replace(first, steps=first.steps + 1)
     )
     assert engine.run(PLATE).mean_power.unit == "W" and first.mean_square_voltage.unit == "V^2"
-
-
-def test_a_warning_of_an_old_name_says_when_it_goes():
-    """As the page on what stays promises."""
-    for path in (ROOT / "harvester").rglob("*.py"):
-        text = path.read_text()
-        assert text.count("DeprecationWarning, stacklevel") <= len(
-            re.findall(r"from version 0\.3 on[\"']", text)
-        ), path
-
-
-def test_names_of_an_earlier_version_warn():
-    path = hv.motion(PLATE, duration=1.0)
-    with pytest.warns(DeprecationWarning, match=r"Motion\.v is velocity from version 0\.3 on"):
-        assert path.v is path.velocity
-    with pytest.raises(AttributeError, match="no attribute 'velocities'"):
-        _ = path.velocities

@@ -3,14 +3,14 @@
 import math
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
-from harvester.uncertainty.value import Value, mean_and_error
+from harvester.uncertainty.paired_difference import difference95, half_if_enough, share95
 
 if TYPE_CHECKING:
     from harvester.cosimulation.runs import Start
@@ -57,18 +57,24 @@ def difference_from_ngspice(
         (device, seed, n_steps, settling, deadline, start)
         for seed, start in zip(seeds, starts, strict=False)
     ]
-    done = []
-    differences = dict[str, float]()
-    for half in (jobs[: RUNS // 2], jobs[RUNS // 2 :]):
-        try:
-            done += list(map_in_workers(same_motion_means, half))
-        except (CircuitError, MissingProgramError, OutOfTimeError):
-            return {}
-        for name in done[0]:
-            high, low = np.array([means[name] for means in done]).T
-            off = Value(*mean_and_error(high - low), dof=len(done) - 1.0)
-            if low.mean() > 0.0:
-                differences[name] = (abs(off.value) + off.sampling95) / float(low.mean())
-        if differences.get("load", 1.0) < enough:
-            break
-    return differences
+
+    def in_workers(some: Sequence[tuple[Any, ...]]) -> list[dict[str, tuple[float, float]]]:
+        return list(map_in_workers(same_motion_means, some))
+
+    try:
+        return half_if_enough(
+            jobs, in_workers, _shares, lambda shares: shares.get("load", 1.0) < enough
+        )
+    except (CircuitError, MissingProgramError, OutOfTimeError):
+        return {}
+
+
+def _shares(runs: list[dict[str, tuple[float, float]]]) -> dict[str, float]:
+    """The largest relative differences of means above 0, at 95 %."""
+    shares = dict[str, float]()
+    for name in runs[0]:
+        high, low = np.array([means[name] for means in runs]).T
+        size = float(low.mean())
+        if size > 0.0:
+            shares[name] = share95(difference95(high, low), size)
+    return shares

@@ -21,7 +21,8 @@ from harvester.uncertainty.control_variate import (
     explained_and_controlled,
 )
 from harvester.uncertainty.controls import controlled_entries, scaled_least_squares
-from harvester.uncertainty.value import Value, mean_and_error
+from harvester.uncertainty.richardson import step_bias
+from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
     from harvester.cosimulation.runs import TrajectoryMeans
@@ -179,11 +180,8 @@ def largest_step_bias(
     fine = fine[: len(coarse)]
     blocks = len(fine[0].load_power)
     rough, ours = (_entries(name, several, watts) for several in (coarse, fine))
-    entries = controlled_entries(rough - ours, _side_by_side(fine, coarse), blocks) / (
-        2.0**order - 1.0
-    )
-    bias = Value(*mean_and_error(entries), dof=len(entries) - 1.0)
-    return abs(bias.value) + bias.sampling95
+    bias, error = step_bias([ours, rough], order, _side_by_side(fine, coarse), blocks)
+    return Value(bias, error, dof=len(fine) - 1.0).largest95
 
 
 def _entries(name: str, several: "Sequence[TrajectoryMeans]", watts: float) -> Floats:

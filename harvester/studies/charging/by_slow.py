@@ -23,7 +23,7 @@ from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 from harvester.studies.charging.afterwards import afterwards
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
 from harvester.studies.charging.side_by_side import charge_side_by_side
-from harvester.uncertainty.value import bound95
+from harvester.uncertainty.value import half95
 
 RUNS = 512  # direct ones under noise
 SLOW_FROM = 30.0  # time constants of the mass: a charge that takes less is not slow
@@ -189,7 +189,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     sampling = error_of_times(levels, table, *store)
     if not np.isfinite(sampling).all():
         unknown = " and ".join(filter(None, (unknown, MEASURED_CURRENT)))
-    model = np.array([bound95(0.0, stderr) for stderr in _finite(sampling)])
+    model = half95(_finite(sampling))
     model += _finite(times_to(levels, table.halved(), *store) - mean) + (
         judge + elements + separation
     ) * _finite(mean)

@@ -11,7 +11,8 @@ from harvester.equations.problem import Problem
 from harvester.netlists.probes import Probe
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.studies.charging.afterwards import Afterwards
-from harvester.uncertainty.value import Value, bound95, mean_and_error
+from harvester.uncertainty.paired_difference import difference95
+from harvester.uncertainty.value import Value, mean_and_error
 
 LEVELS = 20  # up to the target
 SAMPLES = 201  # times of the curve, from the beginning
@@ -118,8 +119,7 @@ class Passages:
             return Value(float(values[0]), None, change, unknown=self.unknown)
         values, coarse = self.independent(values), self.independent(coarse)
         value, error = mean_and_error(values)
-        change, unsure = mean_and_error(coarse - values)
-        bias = self.counted * bound95(change, unsure)
+        bias = self.counted * difference95(coarse, values).largest95
         return Value(value, error, bias, dof=float(len(values) - 1), unknown=self.unknown)
 
     def independent(self, values: Floats) -> Floats:

@@ -8,7 +8,6 @@ from harvester.engines.protocol import AnyScene, served
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments, reading, shown
-from harvester.machine.execution import as_in_version_0_1
 from harvester.presentation.diagnostic import Diagnostic, has, note, warning
 from harvester.presentation.plain import plain
 from harvester.presentation.result import TableResult
@@ -107,7 +106,6 @@ class Extremes(TableResult):
         return super().as_json() | {name: plain(by_share) for name, by_share in self.levels.items()}
 
 
-@as_in_version_0_1("lifetime", "seed", executes=False)
 @names_arguments
 def extremes(
     scene: AnyScene,

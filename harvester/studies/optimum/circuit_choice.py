@@ -58,7 +58,6 @@ class CircuitChoice(Optimum, kw_only=True):
     NOT_IN_JSON = frozenset({"peaks", "scanned", "circuits"})
     JSON_NAMES: ClassVar[dict[str, str]] = {"optima": "circuits"}
     SHORT = ("best", *Optimum.SHORT)
-    RENAMED: ClassVar[dict[str, str]] = {"found": "ranked"}
 
     optima: dict[str, Optimum | HarvesterError] = field(default_factory=dict)
 

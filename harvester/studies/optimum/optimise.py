@@ -8,7 +8,7 @@ from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
-from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
+from harvester.machine.execution import DEFAULT, Execution
 from harvester.machine.progress import working
 from harvester.studies.optimum.circuit_choice import best_circuit
 from harvester.studies.optimum.front import front
@@ -50,11 +50,6 @@ def optimise(
 def optimise(
     scene: AnyScene, *, vary: Vary, objective: ObjectiveSpec, **options: Unpack[SearchOptions]
 ) -> Any: ...
-@as_in_version_0_1(
-    *("vary", "engine", "within", "budget", "out", "tick", "vector"),
-    adapter=calls_with_fraction,
-    over="vary",
-)
 @names_arguments
 def optimise(
     scene: AnyScene,

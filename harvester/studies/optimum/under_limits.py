@@ -5,10 +5,8 @@ Long because the result explains its fields to users.
 
 import dataclasses
 import time
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from typing import ClassVar
 
 from harvester.engines.cheapest import formula
 from harvester.engines.protocol import AnyScene
@@ -77,21 +75,12 @@ class RobustOptimum(Optimum, kw_only=True):
         "limit_values": "limits",
         "limited_peaks": "peaks",
     }
-    RENAMED: ClassVar[dict[str, str]] = {"place": "outcome"}
 
     share: float | None
     limits: tuple[Limit, ...]
     outcome: DesignOutcome
     binds: tuple[Limit, ...]
     limited_peaks: dict[str, Value] = field(default_factory=dict)
-
-    @property
-    def optimum(self) -> Optimum:
-        """The result itself: in version 0.1 it had the search inside."""
-        warnings.warn(
-            "RobustOptimum.optimum is itself from version 0.3 on", DeprecationWarning, stacklevel=2
-        )
-        return self
 
     @property
     def straddled(self) -> tuple[Limit, ...]:

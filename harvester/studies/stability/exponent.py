@@ -8,7 +8,7 @@ from harvester import figures
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
-from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
+from harvester.machine.execution import DEFAULT, Execution
 from harvester.machine.progress import PartOfProgress, working
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import PAPERS_FORMULA
@@ -97,7 +97,6 @@ class Stability(TableResult):
         return figures.region([edge.mu for edge in self.region], self.region, title)
 
 
-@as_in_version_0_1("seed", "trajectories", "duration", adapter=calls_with_fraction)
 @names_arguments
 def stability(
     scene: AnyScene,

@@ -3,19 +3,14 @@
 import asyncio
 import logging
 import socket
-import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
-from dataclasses import replace
-from functools import wraps
-from typing import Any, TypeVar
+from typing import Any
 
 from harvester.errors import InputError, MissingProgramError, invalid
-from harvester.machine.execution import DEFAULT
 from harvester.machine.provenance import without_password
 
-Study = TypeVar("Study", bound=Callable[..., Any])
 LOGGERS = ("distributed", "tornado", "asyncio")
 PATIENCE = 20.0  # seconds for the scheduler to answer and to have a worker
 
@@ -38,24 +33,6 @@ def dask_client(address: str) -> Iterator[Any]:
             yield client
         finally:
             client.close(timeout=5)
-
-
-def by_scheduler(study: Study) -> Study:
-    """Let a study take the address of a Dask ``scheduler`` as in version 0.1, with a DeprecationWarning."""
-
-    @wraps(study)
-    def called(*arguments: Any, scheduler: str | None = None, **options: Any) -> Any:
-        if scheduler is None:
-            return study(*arguments, **options)
-        text = (
-            f"{study.__name__} takes a Dask client as executor of its execution from version 0.3 on"
-        )
-        warnings.warn(text, DeprecationWarning, stacklevel=3)
-        with dask_client(scheduler) as client:
-            execution = replace(options.pop("execution", DEFAULT), executor=client)
-            return study(*arguments, execution=execution, **options)
-
-    return called  # type: ignore[return-value]
 
 
 @contextmanager

@@ -1,8 +1,7 @@
 """The public function of a sweep: from keys and values, as a user writes them, to the points that are computed."""
 
-import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from harvester.engines.compiled import Compiled
 from harvester.engines.ideal import Ideal
@@ -11,8 +10,7 @@ from harvester.engines.selection import Named, default_engines
 from harvester.engines.selection import engines as engines_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
-from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_name
-from harvester.studies.sweep.cluster import by_scheduler
+from harvester.machine.execution import DEFAULT, Execution
 from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.points import Axis, Points, axis_of, grid
 from harvester.studies.sweep.sweep_table import SweepTable
@@ -21,17 +19,13 @@ from harvester.studies.sweep.sweep_table import SweepTable
 Values: TypeAlias = str | Sequence[float | str]
 
 
-@as_in_version_0_1("over", "values", "engines", "out", adapter=calls_with_name)
-@by_scheduler
 @names_arguments
 def sweep(
     scene: AnyScene,
     *,
-    vary: Mapping[str, Values] | Points | Sequence[Axis] | None = None,
+    vary: Mapping[str, Values] | Points | Sequence[Axis],
     engines: Sequence[Named] | None = None,
     execution: Execution = DEFAULT,
-    over: Any = None,
-    values: Values | None = None,
 ) -> SweepTable:
     """Run every engine at every value of a scene key, or on the grid of several keys.
 
@@ -50,8 +44,6 @@ def sweep(
     execution
         who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and
         provenance.json; without a folder nothing is left on the disk.
-    over, values
-        names of version 0.1, which warn.
 
     Returns
     -------
@@ -75,7 +67,6 @@ def sweep(
     >>> table.column("mean_power", "averaged").round(5).tolist()
     [0.00274, 0.00323, 0.0028]
     """
-    vary = _varied(vary, over, values)
     if not isinstance(vary, Points) and not vary:
         raise InputError(
             "`vary` must have a scene key, such as {'load.resistance': '1k:10M:25'}, but has none"
@@ -113,18 +104,3 @@ def for_circuit(
     return [*({*instead} - {known[named].NAME for named in others}), *others], {
         instead[0]: formulas
     }
-
-
-def _varied(vary: Any, over: Any, values: Values | None) -> Any:
-    """What is varied, also as version 0.1 said it."""
-    if over is None and values is None:
-        return vary
-    if vary is not None:
-        raise InputError("`vary` must be given alone, but `over` or `values` is given beside it")
-    if isinstance(over, str) != (values is not None):
-        raise InputError(
-            f"`values` must go with a single key, but is {'left out' if values is None else 'given'}"
-        )
-    text = "sweep takes vary={key: values} in place of over and values from version 0.3 on"
-    warnings.warn(text, DeprecationWarning, stacklevel=6)
-    return {over: values} if isinstance(over, str) else over

@@ -9,10 +9,9 @@ from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
-from harvester.machine.execution import DEFAULT, Execution, as_in_version_0_1, calls_with_fraction
+from harvester.machine.execution import DEFAULT, Execution
 from harvester.machine.progress import working
 from harvester.studies.output_folder import OutputFolder, provenance
-from harvester.studies.sweep.cluster import by_scheduler
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance import samples as sampling
 from harvester.studies.tolerance.device_limits import lifetime_of
@@ -25,8 +24,6 @@ from harvester.studies.tolerance.tolerance_result import ToleranceResult
 SAMPLES = 10_000
 
 
-@as_in_version_0_1("vary", "limits", "engine", "out", adapter=calls_with_fraction)
-@by_scheduler
 @names_arguments
 def tolerance(
     scene: AnyScene,

@@ -262,8 +262,6 @@ def test_a_power_that_has_not_settled_is_never_chosen_over_one_that_has():
     found = CircuitChoice.of({"cut": unsettled(one, 2.0), "bridge": one}, 1.0)
     assert (found.best, found.unsound, found.alike) == ("bridge", ("cut",), ())
     assert found.mean_power == one.mean_power and [*found.ranked] == ["bridge", "cut"]
-    with pytest.warns(DeprecationWarning, match=r"CircuitChoice\.found is ranked"):
-        assert [*found.found] == [*found.ranked]
     assert has(found.warnings, "circuit_unsound") and "cut: its power has not settled" in str(found)
     alone = CircuitChoice.of({"cut": unsettled(one, 2.0), "less": unsettled(one, 1.0)}, 1.0)
     assert (alone.best, alone.unsound) == ("cut", ())

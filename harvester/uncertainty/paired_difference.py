@@ -1,0 +1,78 @@
+"""The same noise, another model: what a mean differs by, and the largest difference at 95 %.
+
+    E[high] - E[low] = E[high - low],   each entry of one on the noise of the other's entry
+
+An expensive model judges a cheap one by few entries, because those of both move together.  The
+largest difference is its size and the half-width of its 95 % interval together
+(`harvester.uncertainty.value.Value.largest95`): a judge that saw little does not acquit.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.uncertainty.controls import controlled_entries
+from harvester.uncertainty.value import Value, mean_and_error
+
+Job = TypeVar("Job")
+Row = TypeVar("Row")
+Judgement = TypeVar("Judgement")
+
+
+def difference95(
+    high: Floats,
+    low: Floats,
+    controls: tuple[Floats | None, Floats | None] = (None, None),
+    together: int = 1,
+) -> Value:
+    """E[high] - E[low] with its sampling error; no error of one pair, whose noise has none.
+
+    Parameters
+    ----------
+    high, low
+        Entries, shape (n,) each; of more, the first ones of ``low`` are the pairs.
+    controls
+        Those of both, shape (n, columns) each: they weigh the difference, or each mean by itself,
+        whichever leaves the smaller spread.
+    together
+        Consecutive entries that are on one record: their mean is one independent entry.
+
+    Notes
+    -----
+    Degrees of freedom are those of the independent entries, n/together - 1.
+    """
+    low = low[: len(high)]
+    ways = [controlled_entries(high - low, None, together)]
+    of_high, of_low = controls
+    if of_high is not None and of_low is not None:
+        of_low = of_low[: len(high)]
+        ways = [
+            controlled_entries(high - low, of_high - of_low, together),
+            controlled_entries(high, of_high, together) - controlled_entries(low, of_low, together),
+        ]
+    entries = min(ways, key=np.std)
+    if len(entries) == 1:
+        return Value(float(entries[0]))
+    return Value(*mean_and_error(entries), dof=len(entries) - 1.0)
+
+
+def share95(difference: Value, size: float) -> float:
+    """The largest difference at 95 % as a part of a ``size`` above 0."""
+    return difference.largest95 / size
+
+
+def half_if_enough(
+    jobs: Sequence[Job],
+    run: Callable[[Sequence[Job]], Iterable[Row]],
+    judge: Callable[[list[Row]], Judgement],
+    enough: Callable[[Judgement], bool],
+) -> Judgement:
+    """The judgement of half of the ``jobs`` if that is ``enough``, else of all of them."""
+    half = (len(jobs) + 1) // 2
+    rows = list(run(jobs[:half]))
+    judgement = judge(rows)
+    if half == len(jobs) or enough(judgement):
+        return judgement
+    return judge([*rows, *run(jobs[half:])])
