@@ -105,7 +105,7 @@ def test_a_yes_of_the_checklists_has_its_place():
 def test_the_changelog_is_short():
     """At most 60 lines a version, under the headings of Keep a Changelog, one line each."""
     text = (ROOT / "CHANGELOG.md").read_text()
-    headings = ["Added", "Changed", "Deprecated (removed in 0.3)", "Changed results", "Fixed"]
+    headings = ["Added", "Changed", "Removed", "Changed results", "Fixed"]
     assert re.findall(r"^### (.*)$", text, re.MULTILINE) == headings
     for version in text.split("\n## ")[1:]:
         entries = [line for line in version.splitlines()[1:] if line and not line.startswith("#")]

@@ -34,7 +34,7 @@ BOUNDS = [
     ("questions of which load or how many modes", 226, 60),
     ("one-importer modules", 96, 25),
     ("lines above 100 columns", 2694, 0),
-    ("thousands of tokens", 525, 445),
+    ("thousands of tokens", 530, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
