@@ -92,7 +92,7 @@ def current_difference(
     deadline = time.monotonic() + PATIENCE
 
     def in_workers(some: Sequence[np.random.SeedSequence]) -> Floats:
-        """What ngspice and the compiled circuit gain, shape (seeds, voltages, 2)."""
+        """The gains in ngspice and in the compiled circuit, shape (seeds, voltages, 2)."""
         jobs = [(device, seed, part * volts, deadline, piece) for seed in some for part in PARTS]
         return np.reshape(list(map_in_workers(_gains, jobs)), (len(some), len(PARTS), 2))
 

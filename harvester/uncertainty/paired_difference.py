@@ -1,4 +1,4 @@
-"""The same noise, another model: what a mean differs by, and the largest difference at 95 %.
+"""The same noise, another model: the difference of a mean, and the largest difference at 95 %.
 
     E[high] - E[low] = E[high - low],   each entry of one on the noise of the other's entry
 
@@ -32,12 +32,12 @@ def difference95(
     Parameters
     ----------
     high, low
-        Entries, shape (n,) each; of more, the first ones of ``low`` are the pairs.
+        Entries, shape (n,) each; if ``low`` has more, its first ones are the pairs.
     controls
-        Those of both, shape (n, columns) each: they weigh the difference, or each mean by itself,
-        whichever leaves the smaller spread.
+        Control variates of both, shape (n, columns) each: they correct the difference, or each mean
+        by itself, whichever leaves the smaller spread.
     together
-        Consecutive entries that are on one record: their mean is one independent entry.
+        Number of consecutive entries on one record: their mean is one independent entry.
 
     Notes
     -----
