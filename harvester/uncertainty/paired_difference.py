@@ -34,10 +34,10 @@ def difference95(
     high, low
         Entries, shape (n,) each; if ``low`` has more, its first ones are the pairs.
     controls
-        Those of both, shape (n, columns) each: they weigh the difference, or each mean by itself,
-        whichever leaves the smaller spread.
+        Control variates of both, shape (n, columns) each: they correct the difference, or each mean
+        by itself, whichever leaves the smaller spread.
     together
-        Consecutive entries that are on one record: their mean is one independent entry.
+        Number of consecutive entries on one record: their mean is one independent entry.
 
     Notes
     -----

@@ -282,6 +282,7 @@ def test_resistors_across_the_rails_are_part_of_the_held_circuit(tmp_path):
 IMPOSED = "Vs a b 2.4\nRs a n 24k\nRload p n 100k\nRt b p 1k\n.model d D\n"
 
 
+@pytest.mark.ngspice
 def test_a_current_that_leaves_no_digits_to_the_others_is_no_answer(tmp_path):
     """A source of 2.4 V across a diode alone drives 1e26 A; in the other direction the diode changes nothing."""
     powers = [

@@ -157,7 +157,7 @@ def test_ngspice_follows_a_subharmonic_beside_chaos():
     by_engine = sorted((one.engine, one.periods) for one in answer.responses)
     assert by_engine == [("ensemble", None), ("spice", 1), ("spice", 5)]
     (five,) = (one.mean_power for one in answer.responses if one.periods == 5)
-    assert abs(five.value - 920.8986e-6) < five.known_error95 + 1e-10 < 1e-6 * five.value
+    assert abs(five.value - 920.8986e-6) < five.known_error95 + 1e-10 < 1.2e-6 * five.value
     (chaos,) = (one for one in answer.responses if one.chaotic)
     assert chaos.note == "ngspice finds none near it that repeats"
 
