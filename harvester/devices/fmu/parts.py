@@ -45,10 +45,10 @@ def check(problem: Problem) -> None:
             "the scene must be a device, with [oscillator] and [piezo], but is nondimensional"
         )
     unknown = unknown_to(UNIT)
-    lacking = [name.replace("_", " ") for name in problem.effects if name in unknown]
-    if lacking:
+    left_out = [name.replace("_", " ") for name in problem.effects if name in unknown]
+    if left_out:
         raise CannotServeError(
-            f"{UNIT} has one mode, and cannot model {' and '.join(lacking)}: leave it out"
+            f"{UNIT} has one mode, and cannot model {' and '.join(left_out)}: leave it out"
         )
 
 
