@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from harvester.engines.protocol import AnyScene
-from harvester.errors import InputError
+from harvester.errors import InputError, names_arguments
 
 
+@names_arguments
 def export(
     scene: AnyScene,
     out: str | Path,
@@ -18,7 +19,7 @@ def export(
     fmi: int | None = None,
     platforms: str | Sequence[str] | None = None,
     seed: int = 0,
-) -> None:
+) -> Path:
     """Write a scene's device as a part: an FMU to a file ``.fmu``, else a subcircuit.
 
     >>> import harvester as hv
@@ -50,6 +51,11 @@ def export(
     seed
         draws noise that is written into the part.
 
+    Returns
+    -------
+    Path
+        that of the file.
+
     Raises
     ------
     InputError
@@ -79,3 +85,4 @@ def export(
         from harvester.devices.export import export as export_subcircuit
 
         export_subcircuit(scene, out, seed=seed, **given)
+    return Path(out)
