@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from harvester.cosimulation.model_protocol import NEEDED
 from harvester.engines.protocol import AnyScene
-from harvester.errors import InputError, names_arguments
+from harvester.errors import CannotServeError, InputError, names_arguments
 
 
 @names_arguments
@@ -63,10 +64,15 @@ def export(
         written.
     CannotServeError
         for an effect that a part lacks, such as noise on the stiffness in a subcircuit, or several
-        modes in an FMU.
+        modes in an FMU; and for a model of `cosimulate` in place of a scene.
     MissingProgramError
         for an FMU without the package ziglang.
     """
+    if all(callable(getattr(scene, name, None)) for name in NEEDED):
+        raise CannotServeError(
+            "a part must be a Scene, for a model of `cosimulate` has no list of its numbers and "
+            "units: simulate it with `cosimulate`"
+        )
     is_fmu = str(out).endswith(".fmu")
     of_subcircuit = {"name": name, "duration": duration}
     of_fmu = {"circuit": circuit, "fmi": fmi, "platforms": platforms}
