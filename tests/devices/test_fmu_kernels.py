@@ -1,6 +1,7 @@
 """An FMU beside the package's own kernels: the same path to 1e-13, the same mean power, and orders of a master."""
 
 import math
+import runpy
 
 import numpy as np
 import pytest
@@ -89,3 +90,16 @@ def test_mean_power_under_noise_is_that_of_the_ensemble():
     z = (found.mean() - power.value) / math.hypot(error, power.normal_stderr)
     assert error < 0.04 * power.value
     assert abs(z) < 4.0, (found.mean(), error, power)
+
+
+def test_a_master_converges_with_its_order(tmp_path):
+    """A sine base and a resistor outside: first order with a held current, second with repeated steps."""
+    master = runpy.run_path(str(EXAMPLES / "fmu_master.py"))
+    voltage, impacts, rows = master["errors"](master["exported"](tmp_path))
+    steps = np.array(list(rows))
+    errors = np.abs(np.array(list(rows.values())))
+    held, repeated = np.log(errors[0] / errors[-1]) / np.log(steps[0] / steps[-1])
+    assert impacts > 4
+    assert 0.8 < held < 1.5
+    assert 1.7 < repeated < 2.7
+    assert errors[-1, 1] < 1e-5 * abs(voltage)

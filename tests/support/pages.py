@@ -142,7 +142,7 @@ def run(words, where, less=()):
         status = done.returncode
         out = done.stdout
         told = done.stderr[-2000:]
-    if status != 0 and lacks_an_extra(out):
+    if status != 0 and lacks_an_extra(out + told):
         return out
     assert status == 0, f"{where}: {shlex.join(words)}\n{out[-2000:]}\n{told}"
     for line in out.splitlines():
