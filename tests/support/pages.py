@@ -14,6 +14,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
@@ -109,12 +110,11 @@ def smaller(words, less):
 
 def lacks_an_extra(told):
     """Whether a message asks for an extra of this package of which a part is not installed."""
-    extras = set(re.findall(r"piezo-harvester\[(\w+)\]", told))
-    for line in importlib.metadata.requires("piezo-harvester") or ():
-        needed = Requirement(line)
-        if needed.marker and any(needed.marker.evaluate({"extra": extra}) for extra in extras):
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    for extra in re.findall(r"piezo-harvester\[(\w+)\]", told):
+        for line in project["optional-dependencies"][extra]:
             try:
-                importlib.metadata.version(needed.name)
+                importlib.metadata.version(Requirement(line).name)
             except importlib.metadata.PackageNotFoundError:
                 return True
     return False
