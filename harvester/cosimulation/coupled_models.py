@@ -257,7 +257,17 @@ def cosimulate(
     find_library()
     whole = can_be_compiled(model) if compiled is None else compiled
     job = ModelJob(
-        model, start, load, port, h, steps, every, seed, (tolerance, volts), probes, whole
+        model=model,
+        start=start,
+        load=load,
+        port=port,
+        h=h,
+        steps=steps,
+        stride=every,
+        seed=seed,
+        tolerances=(tolerance, volts),
+        probes=probes,
+        compiled=whole,
     )
     try:
         run = next(map_in_workers(run_model, [(packed(job),)]))

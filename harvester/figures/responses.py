@@ -64,7 +64,9 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
         figure, axes = new(rows, columns, (WIDTH, 5.4), sharex=True, squeeze=False)
         all_panels = list(axes.flat)
         for panel, (name, words, unit, power) in zip(all_panels, sizes, strict=False):
-            _sizes(panel, curves, name, words, unit, hertz.factor, power)
+            _sizes(
+                panel, curves, name=name, words=words, unit=unit, hertz=hertz.factor, per_g=power
+            )
         alone = curves if len(answers) == 1 and not per_g else []
         _bandwidths(all_panels[0], alone, hertz.factor)
         if turned:

@@ -215,4 +215,14 @@ def _curve(channel: Channel, off: Floats, kept: Floats, noise: float) -> FittedC
             else _LABELS[of].replace(")", " per m/s²)")
         )
         measured, fitted = np.exp(measured), np.exp(fitted)
-    return FittedCurve(name, label, x_label, channel.x, measured, fitted, off / noise, kept, size)
+    return FittedCurve(
+        name=name,
+        label=label,
+        x_label=x_label,
+        x=channel.x,
+        measured=measured,
+        fitted=fitted,
+        residual=off / noise,
+        kept=kept,
+        logarithmic=size,
+    )

@@ -328,7 +328,15 @@ def one_path(
     spice, exactly, without = (voltage * units.volts for voltage in (path.V, exact.V, V))
     t = path.t / units.frequency
     x = path.x * units.length
-    return PathComparison(title, t, x, spice, exactly, without, problem.physical)
+    return PathComparison(
+        title=title,
+        t=t,
+        x=x,
+        spice=spice,
+        exact=exactly,
+        decoupled=without,
+        physical=problem.physical,
+    )
 
 
 def _relative_rms(a: Floats, b: Floats) -> float:

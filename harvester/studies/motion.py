@@ -290,7 +290,16 @@ def _computed(
     shaking = forcing(problem.equations, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
     stride = max(1, min(round(0.05 / h), math.ceil(duration / h) // 2))  # a short path is read too
     if ENGINES[engine].runs_ngspice:
-        return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected, shunt), stride
+        return *path_in_ngspice(
+            problem,
+            noise,
+            h=h,
+            stride=stride,
+            shaking=shaking,
+            probes=probes,
+            expected=expected,
+            shunt=shunt,
+        ), stride
     if ENGINES[engine].needs_netlist:
         from harvester.circuits.compiled_circuit import compiled_circuit
         from harvester.circuits.probed_path import probed

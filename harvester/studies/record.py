@@ -125,7 +125,16 @@ def record_spectra(
     possible = None
     if mass is not None and stroke is not None:
         possible = mass * stroke * Record.of(1.0 / record.rate, record.values).mean_jerk
-    return RecordAnswer(record, f, density, sf, st, grid, _bands(record), possible)
+    return RecordAnswer(
+        record=record,
+        f=f,
+        density=density,
+        spectrogram_f=sf,
+        spectrogram_t=st,
+        spectrogram=grid,
+        bands=_bands(record),
+        possible=possible,
+    )
 
 
 def _bands(record: CleanRecord) -> tuple[Band, ...]:
