@@ -42,7 +42,7 @@ def comparison():
         PathComparison(f"{w} the stop", *map(np.array, (t, t, wave, wave, wave[::-1])), True)
         for w in ("with", "no")
     ]
-    return Comparison(DEVICE, answers, {}, paths).plot(DEVICE)
+    return Comparison(tuple(answers), {}, tuple(paths)).plot(DEVICE)
 
 
 def cost():

@@ -200,7 +200,7 @@ def test_paths_of_a_physical_scene_are_in_volt_and_seconds():
     t = np.linspace(0.0, 5.0, 200)
     answer = hv.Averaged().run(PLATE)
     of = PathComparison("with the stop", t, t, np.sin(t), np.sin(t), 2 * np.sin(t), physical=True)
-    told = texts(Comparison("", [answer], {}, [of]).plot(None))
+    told = texts(Comparison((answer,), {}, (of,)).plot(None))
     assert "voltage\n(V)" in told and "time (s)" in told
     assert not any("nondimensional" in text for text in told)
 
@@ -293,4 +293,4 @@ def test_a_power_of_zero_is_written():
     """An open circuit takes none, without an error: its digits had the logarithm of 0."""
     answer = hv.Exact().run(hv.loads("[nondimensional]\nc1 = -0.05\nbeta = 0.05\nD11 = 0.01\n"))
     assert "0: the parts of its error" in texts(answer.plot())
-    assert "0" in texts(Comparison("", [answer], {}, []).plot("An open circuit"))
+    assert "0" in texts(Comparison((answer,), {}, ()).plot("An open circuit"))
