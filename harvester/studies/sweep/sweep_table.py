@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from harvester import figures
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.glossary import term
 from harvester.presentation.result import TableResult
@@ -19,6 +19,8 @@ from harvester.studies.sweep.rows import QUANTITIES, SweepRow, columns_of, power
 
 if TYPE_CHECKING:
     import xarray
+
+    from harvester.presentation.plot import Plot
 
 
 class SweepTable(TableResult):
@@ -136,12 +138,12 @@ class SweepTable(TableResult):
 
         return dataset(self)
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """Mean power against the key of the most values, ``title`` (empty: the scene's; None: none) above."""
         scene = self.about.get("scene", {})
         if title == "" and scene:
             title = scene.get("title") or Scene(**scene).name
-        return figures.sweep(self, title)
+        return drawing.draw(self, title)
 
 
 def _of_check(
