@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from harvester.engines.protocol import AnyScene
-from harvester.errors import InputError
+from harvester.errors import InputError, names_arguments
 
 
+@names_arguments
 def export(
     scene: AnyScene,
     out: str | Path,
@@ -20,13 +21,6 @@ def export(
     seed: int = 0,
 ) -> None:
     """Write a scene's device as a part: an FMU to a file ``.fmu``, else a subcircuit.
-
-    >>> import harvester as hv
-    >>> mass = hv.Oscillator(mass="40 g", stiffness="16 N/m")
-    >>> piezo = hv.Piezo(coupling="1 mN/V", capacitance="50 nF")
-    >>> hv.export(hv.Scene(oscillator=mass, piezo=piezo), "/nowhere/plate.lib")
-    Traceback (most recent call last):
-    harvester.errors.InputError: `out` must take plate.lib, but writing failed: ...
 
     Parameters
     ----------
@@ -50,6 +44,11 @@ def export(
     seed
         draws noise that is written into the part.
 
+    Returns
+    -------
+    None
+        the file is written whole, or not at all.
+
     Raises
     ------
     InputError
@@ -60,6 +59,15 @@ def export(
         modes in an FMU.
     MissingProgramError
         for an FMU without the package ziglang.
+
+    Examples
+    --------
+    >>> import harvester as hv
+    >>> mass = hv.Oscillator(mass="40 g", stiffness="16 N/m")
+    >>> piezo = hv.Piezo(coupling="1 mN/V", capacitance="50 nF")
+    >>> hv.export(hv.Scene(oscillator=mass, piezo=piezo), "/nowhere/plate.lib")
+    Traceback (most recent call last):
+    harvester.errors.InputError: `out` must take plate.lib, but writing failed: ...
     """
     is_fmu = str(out).endswith(".fmu")
     of_subcircuit = {"name": name, "duration": duration}

@@ -297,7 +297,7 @@ OPTIMUM = (
             OPTIMUM,
             [
                 "The largest power is at",
-                "The highest of what averaged evaluated",
+                "The highest powers that averaged evaluated",
                 "(model, estimated) µW",
             ],
         ),
