@@ -118,7 +118,7 @@ NO_THREAD = ("can't start new thread",)  # what Python's RuntimeError says then
 
 
 def named(error: Exception) -> HarvesterError:
-    """The named error for an unforeseen one: of memory, of the system, or a defect of this package."""
+    """The named error for an unforeseen one: a lack of memory, a fault of the system, or a defect of this package."""
     if isinstance(error, HarvesterError):
         return error
     if isinstance(error, MemoryError):

@@ -56,13 +56,13 @@ class Cosimulation(TableResult):
         of Rload, over the whole path (W).
     ledger
         mean powers (W) over the whole path: ``ledger_input`` is the work of the model against the
-        port's reaction, ``ledger_load`` goes into Rload, ``ledger_circuit`` is lost in the rest of
-        the circuit, and ``ledger_stored`` is the growth of what Cp and Csmooth hold.
+        port's reaction, ``ledger_load`` flows into Rload, ``ledger_circuit`` is lost in the rest of
+        the circuit, and ``ledger_stored`` is the growth of the energy in Cp and Csmooth.
     ledger_residual
         the part of the largest of them that does not add up: a check, which shrinks as the square
         of the step.
     step
-        the step of the model (s).
+        the model's step (s).
     steps
         those that ngspice accepted.
     seconds, compilation_seconds
@@ -147,7 +147,7 @@ class Cosimulation(TableResult):
 
     @property
     def ranges(self) -> Table:
-        """Between which ends each of its quantities goes."""
+        """The ends between which each of its quantities varies."""
         columns = self.table.columns[1:]
         ends = [
             Column(column.name, [min(column.cells), max(column.cells)], column.unit)
@@ -177,7 +177,7 @@ def cosimulate(
     ----------
     model
         an object with the functions drift, kick and source (``Model`` of harvester.cosimulation
-        states what they are), and event and jump if there are events; a NamedTuple of numbers is
+        states their names), and event and jump if there are events; a NamedTuple of numbers is
         compiled.
     circuit
         the load on the port: a name of the package's netlists such as "bridge", the path of a file,
@@ -198,8 +198,8 @@ def cosimulate(
     tolerance
         ngspice's relative tolerance of its own steps between those of the model.
     volts
-        the size of the voltages, which its absolute tolerances go by: 1e-3 if they are of some
-        millivolts.
+        the size of the voltages, to which its absolute tolerances are relative: 1e-3 if they are of
+        some millivolts.
     compiled
         True: numba compiles the model; False: it runs in plain Python; None: compiled if it is a
         NamedTuple of numbers.
@@ -212,7 +212,7 @@ def cosimulate(
     Raises
     ------
     InputError
-        for a model without one of its functions, or one that gives what it must not; a start that
+        for a model without one of its functions, or one that returns a wrong value; a start that
         is not a NamedTuple of numbers; and a netlist that cannot be used.
     SimulationError
         if ngspice does not come to the end.
@@ -300,7 +300,7 @@ def _time(name: str, value: float | str) -> float:
 def _check_options(
     span: float, steps: int, every: int, seed: int, tolerance: float, volts: float
 ) -> None:
-    """Refuse numbers that are none, or out of range."""
+    """Refuse values that are not numbers, or out of range."""
     _check_integer("every", every, 1, steps)
     _check_integer("seed", seed, 0, 2**63)
     if steps > MOST_STEPS or steps // every > MOST_READINGS:
@@ -315,7 +315,7 @@ def _check_options(
 
 
 def _check_port(port: Any) -> None:
-    """Refuse what is not a port."""
+    """Refuse anything but a port."""
     if not isinstance(port, Piezo | Coil):
         raise invalid("`port`", "be a Piezo or a Coil", port)
     if isinstance(port, Piezo) and port.coupling is None:

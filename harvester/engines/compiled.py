@@ -88,7 +88,7 @@ class Compiled(Ensemble):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None if it can."""
+        """Why the engine does not support a problem; None if it can."""
         return needs_circuit(problem, cls.NAME) or needs_compiled_circuit(problem, cls.NAME)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
@@ -187,7 +187,7 @@ class Compiled(Ensemble):
         return warning("circuit_not_converged", share=float(failed / steps)) if failed else None
 
     def model(self, problem: Problem) -> Model:
-        """What is simulated for a problem that the engine supports."""
+        """The simulation for a problem that the engine supports."""
         from harvester.circuits.compiled_circuit import compiled_circuit
 
         assert problem.circuit is not None, "refusal checks this"

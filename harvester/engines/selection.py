@@ -1,4 +1,4 @@
-"""Which engines there are, which serve a problem and why the others do not, which are the default; and `run`."""
+"""Which engines there are, which support a problem and why the others do not, which are the default; and `run`."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ LOOKS.update({name: engine.LOOK for name, engine in ENGINES.items()})
 
 
 class EngineOptions(TypedDict, total=False):
-    """The options of engines (`harvester.engines.options.MonteCarloOptions`, `Spice`); each engine takes its own."""
+    """The options of engines (`harvester.engines.options.MonteCarloOptions`, `Spice`); each engine has its own."""
 
     within: float | str | None
     budget: float | str | None
@@ -170,7 +170,7 @@ def _share(progress: Progress | None, index: int, count: int, done: float) -> No
 
 
 def refusals(scene: AnyScene) -> dict[str, Diagnostic | None]:
-    """Every engine with the reason why it cannot serve a scene, None if it can.
+    """Every engine with the reason why it does not support a scene, None if it does.
 
     An engine that is about netlists only is not listed for another load.
     """
@@ -191,7 +191,7 @@ def default_engine(scene: AnyScene, **options: Any) -> str:
 
     `Spice` looks into the circuit, as ``probe`` and ``ledger`` ask for, and knows its errors.
 
-    That is where `Exact` does not support the scene, or the ``options`` are those of sampling.
+    That is if `Exact` does not support the scene, or the ``options`` are those of sampling.
     """
     given = {name for name, value in options.items() if value is not None}
     if given & {"probe", "ledger"}:
@@ -224,7 +224,7 @@ def default_engines(scene: AnyScene) -> list[str]:
     """The engines of a sweep: for a linear scene `Exact` alone, else theories next to simulations.
 
     With a resistor that is all that support it, but for `Density` under coloured noise, if a point
-    takes it up to a minute.  No formula knows the circuit power: next to `Spice` stands the circuit
+    needs up to a minute.  No formula knows the circuit power: next to `Spice` is the circuit
     of ideal diodes and switches, `Ideal`, if there is one.
     """
     problem = Problem.of(scene)

@@ -1,4 +1,4 @@
-"""The answer of `identify`: the parameters with their intervals, what is not determined, and how well the fit fits."""
+"""The answer of `identify`: parameters with intervals, undetermined parameters, and the quality of the fit."""
 
 import math
 from dataclasses import dataclass

@@ -83,7 +83,7 @@ def known_values(known: Mapping[str, float | str]) -> dict[str, float]:
         value = read_value(whole, text) if isinstance(text, str) else float(text)
         if whole == "oscillator.damping_ratio":
             if not value > 0.0:
-                raise invalid("oscillator.damping_ratio", "be above 0 where it is known", value)
+                raise invalid("oscillator.damping_ratio", "be above 0 if it is known", value)
             values["quality"] = 0.5 / value
         else:
             values[whole.partition(".")[2]] = value

@@ -67,7 +67,7 @@ class Execution:
         for name in ("resume", "formats"):
             if getattr(self, name) and self.out is None:
                 raise InputError(
-                    f"`{name}` must go with `out`, the folder of the study, but there is none"
+                    f"`{name}` must be used with `out`, the folder of the study, but there is none"
                 )
 
     def only(self, study: str, *names: str) -> None:
@@ -76,7 +76,7 @@ class Execution:
             if field.name not in names and getattr(self, field.name) != field.default:
                 takes = ", ".join(f"`{name}`" for name in names)
                 raise InputError(
-                    f"the execution of {study} must have {takes} only, but has `{field.name}`"
+                    f"the execution of {study} must have only {takes}, but has `{field.name}`"
                 )
 
 

@@ -55,7 +55,7 @@ class Motion(TableResult):
         a row (time, speed) for each impact, shape (m, 2); the speed is negative at the opposite
         stop.
     stops
-        where the stops of the displacement are (m): none of a ball, nor of a sum of modes, which
+        places of the displacement's stops (m): none of a ball, nor of a sum of modes, which
         meets its own.
     shown
         the length of the last part, which a plot shows.
@@ -70,7 +70,7 @@ class Motion(TableResult):
     probes, probe_units
         further quantities of the circuit by name, shape (n,), and their units.
     hides_noise
-        whether white noise goes together with the acceleration, which leaves it out.
+        whether white noise acts together with the acceleration, which leaves it out.
 
     Examples
     --------
@@ -137,7 +137,7 @@ class Motion(TableResult):
 
     @property
     def ranges(self) -> Table:
-        """Between which ends each of its quantities goes."""
+        """The ends between which each of its quantities varies."""
         ends = [
             Column(c.name, [min(c.cells), max(c.cells)], c.unit) for c in self.table.columns[1:]
         ]
@@ -167,7 +167,7 @@ def motion(
         "ensemble"; or "spice" or "compiled", which have the circuit.
     duration
         of the part that is shown, in seconds or as a text such as "2 s" (nondimensional scene: a
-        number in 1/w0); four times as long goes before it, in which the response settles.
+        number in 1/w0); four times as long precedes it, in which the response settles.
     seed
         the same seed, the same noise.
     from_rest
@@ -176,7 +176,7 @@ def motion(
         further quantities of the circuit, such as "store" or "v(a,b)", for the engines with a
         circuit.
     expected
-        is called with the seconds that a long path by ngspice will take, measured on a short one.
+        is called with the seconds for a long path by ngspice, measured on a short one.
     execution
         has the folder for motion.csv, motion.npz, motion.png and provenance.json; ``out`` and
         ``formats`` alone.
@@ -190,9 +190,9 @@ def motion(
     ------
     InputError
         for an engine without paths, an invalid duration or too long, a folder that cannot be
-        written, and what `Execution` has for other studies.
+        written, and the options that `Execution` has for other studies.
     CannotServeError
-        for a netlist with engine "ensemble", and what the engine does not know.
+        for a netlist with engine "ensemble", and an effect that the engine lacks.
 
     Examples
     --------
@@ -295,7 +295,7 @@ def _computed(
         from harvester.circuits.compiled_circuit import compiled_circuit
         from harvester.circuits.probed_path import probed
 
-        assert problem.circuit is not None, "the engine serves netlists"
+        assert problem.circuit is not None, "the engine supports netlists"
         circuit = compiled_circuit(problem.circuit, problem.scales)
         start = at_rest(problem.equations)[:-1]
         path = circuit.trace(
@@ -307,7 +307,7 @@ def _computed(
 
 
 def _stops(eqs: Equations) -> tuple[float, ...]:
-    """Where the stops are that the displacement alone meets."""
+    """The places of the stops that the displacement alone meets."""
     if eqs.modes is not None and eqs.modes.contact != tuple(eqs.modes.direction):
         return ()
     return tuple(stop for stop in eqs.stops if math.isfinite(stop))
@@ -325,7 +325,7 @@ def _probes(texts: Sequence[str], problem: Problem, engine: str) -> tuple[Probe,
         return ()
     if not ENGINES[engine].takes_netlists or problem.circuit is None:
         raise InputError(
-            f"`probe` must go with engine 'spice', which has the circuit, but the engine is {engine!r}"
+            f"`probe` must be used with engine 'spice', which has the circuit, but the engine is {engine!r}"
         )
     return read_probes(texts, problem.circuit)
 

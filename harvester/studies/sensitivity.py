@@ -90,7 +90,8 @@ def sensitivity(
     """The elasticity of the mean power in every key of the scene that is a quantity other than 0.
 
     All come from one solution for the density and one of its adjoint equations, whatever the number of keys.  With a
-    netlist two ensembles of its compiled circuit a key, on the same noise, also show what its elements do.
+    netlist two ensembles of its compiled circuit a key, on the same noise, also show the effect of
+    its elements.
 
     Parameters
     ----------
@@ -113,7 +114,7 @@ def sensitivity(
     Raises
     ------
     InputError
-        for a scene that neither engine supports, or whose load takes no power.
+        for a scene that neither engine supports, or whose load draws no power.
     SimulationError
         if the response grows without bound, or the density cannot be resolved.
 

@@ -1,4 +1,4 @@
-"""How displacement, velocity, voltage and impacts are distributed, without sampling, and what follows from it.
+"""The distributions of displacement, velocity, voltage and impacts, without sampling, and their consequences.
 
 Long because the result and its function explain their arrays and arguments to users.
 """
@@ -43,7 +43,7 @@ SPAN = (0.2, 5.0)  # times the resonance: frequencies of a spectrum
 
 
 class Densities(TableResult):
-    """The stationary densities of a scene: arrays of shape (n,), whose integrals are 1, and what follows from them.
+    """The stationary densities of a scene: arrays of shape (n,), whose integrals are 1, and their consequences.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Densities(TableResult):
         a `Value`, impacts a second; None without a stop and if impacts accumulate.
     hop_rate
         a `Value`: hops a second from one well to the other, either way, without those that are
-        taken back before mass and load have forgotten where they came from; None without two wells
+        reversed before mass and load have forgotten their origin; None without two wells
         that are apart.
     level, first_passage_time
         a displacement (m) or voltage (V), and the mean time (s), a `Value`, until it is first
@@ -69,7 +69,7 @@ class Densities(TableResult):
         the density of displacement and velocity, shape (k, k), at every fourth of their places.
     plane_displacement, plane_voltage, voltage_plane, voltage_plane_stderr
         the density of displacement and voltage, shape (n, n), counted on a path in bins with these
-        centres, shape (n,), and its standard error; None without a load, where the voltage is the
+        centres, shape (n,), and its standard error; None without a load, if the voltage is the
         displacement.
     impact_speed, impact_density
         speeds at the stop (m/s), and the impacts a second and a unit of speed; None without a stop.
@@ -82,7 +82,7 @@ class Densities(TableResult):
     spectrum_error
         its relative change by a finer mesh, at the resonance.
     path
-        a path of the scene, whose histogram stands next to the densities in the picture.
+        a path of the scene, whose histogram is next to the densities in the picture.
     seconds
         the time of computing, without compilation (s).
     physical

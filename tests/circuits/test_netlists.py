@@ -129,7 +129,7 @@ def test_doctor_says_which_elements_of_a_netlist_are_served(tmp_path, harvester)
     path.write_text(f"* a board\n.subckt board p n\n{GOOD}T1 p n a b Z0=50 Td=1n\n.ends board\n")
     status, out, _ = harvester("doctor", path)
     assert status == 0
-    assert "served   d1" in out
+    assert "works    d1" in out
     assert "NOT      t1  is an element of a kind that compiled circuits do not have" in out
     assert "engine 'compiled' supports 6 of 7 elements" in out
 

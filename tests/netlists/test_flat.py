@@ -225,11 +225,11 @@ def test_what_cannot_be_is_refused_with_the_line(tmp_path, old, new, keys, said)
     [
         (
             {"netlist": "bridge", "terminals": PINS},
-            "load.terminals must go with the file of a flat netlist",
+            "load.terminals must be used with the file of a flat netlist",
         ),
         (
             {"netlist": "./b.cir", "supplies": {"VCC": 3.0}},
-            "load.supplies must go with load.terminals",
+            "load.supplies must be used with load.terminals",
         ),
         (
             {"netlist": "./b.cir", "terminals": PINS, "supplies": {"VCC": "3 A"}},

@@ -111,7 +111,7 @@ class Spice(MonteCarloOptions, Engine):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None if it can."""
+        """Why the engine does not support a problem; None if it can."""
         if problem.netlist is None and problem.equations.mu is None:
             return refusal("needs_load", cls.NAME, engine=cls.NAME)
         if problem.netlist is not None:
@@ -161,7 +161,7 @@ class Spice(MonteCarloOptions, Engine):
     def _run(
         self, problem: Problem, near: Steady | None, progress: Progress | None = None
     ) -> tuple[Estimate, Steady | None]:
-        """`run_near`, or what is known if the time was over before."""
+        """`run_near`, or the known part if the time was over before."""
         begin = time.perf_counter()
         try:
             return self.run_near(problem, near, progress)
@@ -175,7 +175,7 @@ class Spice(MonteCarloOptions, Engine):
         progress: Progress | None = None,
         judged: bool = True,
     ) -> "tuple[Estimate, Neighbour | None]":
-        """As `run_near`, and where the response of the longest step begins."""
+        """As `run_near`, and the start of the response of the longest step."""
         answer, steady = self.run_near(scene, near, progress)
         return answer, None if steady is None else steady.responses[0, 0]
 
@@ -231,7 +231,7 @@ class Spice(MonteCarloOptions, Engine):
         exists: MomentExistence,
         progress: Progress | None,
     ) -> tuple[Runs, list[Diagnostic | None]]:
-        """The runs of an answer, and what to say of their target; again with a shunt if any does not converge."""
+        """The runs of an answer, and the report of their target; again with a shunt if any does not converge."""
         begin = time.monotonic()
         for k, shunt in enumerate(SHUNTS, 1):
             try:

@@ -14,7 +14,7 @@ FEW = 20  # runs, of which 5 % are less than one
 
 
 class Level(Result):
-    """One voltage on the way: the store's energy there, and the times and the power that it takes to get there.
+    """One voltage on the way: the store's energy there, and the times and the power until there.
 
     ``time`` is None if a run never gets there; ``low`` and ``high`` are the times by which 5 and 95
     % of the runs have; ``power`` is the mean from the level before, None if a run never gets there
@@ -46,7 +46,7 @@ class ChargingResult(TableResult):
     unit
         its unit.
     target
-        what it is to reach.
+        its target.
     duration
         how long a run was watched (s, or 1/w0).
     time
@@ -121,7 +121,7 @@ class ChargingResult(TableResult):
 
     @property
     def strongest(self) -> Level | None:
-        """The level on whose way the store takes the most power; None if that is not known."""
+        """The level on whose way the store receives the most power; None if that is not known."""
         known = [level for level in self.levels if level.power is not None]
         return (
             max(known, key=lambda level: level.power.value if level.power else 0.0)
@@ -171,7 +171,7 @@ class ChargingResult(TableResult):
         return table_of(self.levels, "on the way", self.unit_names, self.unit)
 
     def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints: its fields, with the quantiles beside the mean time."""
+        """The object that ``--json`` prints: its fields, with the quantiles next to the mean time."""
         fields = super().as_json()
         time = fields["time"] or {"value": None, "stderr": None}
         return fields | {"time": time | {"low": self.low, "high": self.high}}

@@ -1,7 +1,7 @@
-"""How long a storage capacitor takes from empty to a voltage: a mean, a distribution, and a curve.
+"""The charging time of a storage capacitor from empty to a voltage: a mean, a distribution, and a curve.
 
 The mass begins at rest and all capacitors empty; then the shaking begins.  A run that has not
-reached the voltage when the time is over is counted, and told: a mean without it would be too
+reached the voltage when the time is over is counted, and reported: a mean without it would be too
 short.
 
 Long because the public function explains its arguments to users.
@@ -73,7 +73,7 @@ def charge(
     duration
         how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0); None: until
         all have arrived, but at most five time constants of store and load.  With it, "spice" also
-        says for how much of the time the probe is at or above ``to`` once it has been there.
+        states for how much of the time the probe is at or above ``to`` once it has been there.
     trajectories
         the number of runs; None: chosen by the engine.
     seed
@@ -268,7 +268,7 @@ def _known(engine: str, runs: int) -> list[Diagnostic]:
 def _diagnostics(
     problem: Problem, passages: Passages, clock: float, by_default: bool, runs: int
 ) -> list[Diagnostic]:
-    """What to beware of."""
+    """The warnings."""
     diagnostics = []
     unit = " s" if problem.physical else ""
     if passages.reached < 1.0:

@@ -1,7 +1,7 @@
 """The study of designs: from a requirement to the circuit, the parts and the capacitor that meet it.
 
 The rectifier's mean current of each circuit is measured at a held store (`harvester.storage`),
-which states at once what is there at the voltage needed and how long an empty store takes to it.
+which gives at once the power at the voltage needed and the time of an empty store to it.
 """
 
 import math
@@ -156,7 +156,7 @@ def _nominal(
     seed: int,
     execution: Execution,
 ) -> tuple[dict[str, tuple[Candidate, Given]], list[Diagnostic]]:
-    """What each circuit gives of the scene itself, and which are left out; InputError if none gives anything."""
+    """The answer of each circuit for the scene itself, and those left out; InputError if none gives anything."""
     candidates = dict[str, tuple[Candidate, Given]]()
     left_out = list[Diagnostic]()
 
@@ -279,7 +279,7 @@ def _nearest(
     most = (
         ""
         if bound is None
-        else f"; no device of this mass takes more than {amount(bound.value, 'W')}"
+        else f"; no device of this mass absorbs more than {amount(bound.value, 'W')}"
     )
     out = f" (left out: {', '.join(reason.about for reason in left_out)})" if left_out else ""
     return (

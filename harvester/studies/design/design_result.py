@@ -1,4 +1,4 @@
-"""What `harvester design` decides: the circuit with its parts, what it gives, and what else could be."""
+"""The decision of `harvester design`: the circuit with its parts, its answer, and the alternatives."""
 
 from typing import ClassVar
 
@@ -47,7 +47,7 @@ class DesignCandidate(Result):
 
 
 class DesignResult(TableResult):
-    """A decision, and the candidates that it was taken from.
+    """A decision, and the candidates among which it was made.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class DesignResult(TableResult):
     power_needed
         the power needed (W).
     load_resistance
-        the resistance (ohm) that takes the power needed at the voltage needed.
+        the resistance (ohm) that draws the power needed at the voltage needed.
     capacitor
         the smallest of the series E6 (F) that keeps the voltage within 1 % over half a period, or a
         node's packet.
@@ -75,13 +75,13 @@ class DesignResult(TableResult):
     runner_up
         the circuit that comes second; None if no other meets everything.
     bound
-        the most that any device of this mass could take (W), and why; None if no bound applies.
+        the most that any device of this mass could absorb (W), and why; None if no bound applies.
     candidates
         all that were looked at, in the order of the decision.
     scene
-        the scene with what was chosen.
+        the scene with the chosen parts.
     seconds, steps
-        what the computation took.
+        the cost of the computation.
     physical
         whether its numbers are in SI units: they are.
     diagnostics
@@ -125,7 +125,7 @@ class DesignResult(TableResult):
 
     @property
     def share_of_possible(self) -> float | None:
-        """What is available over the most that any device of this mass could take; None without a bound."""
+        """The available power over the upper bound for any device of this mass; None without a bound."""
         return None if self.bound is None else self.available.value / self.bound.value
 
     @property
@@ -148,5 +148,5 @@ class DesignResult(TableResult):
         return table_of(self.candidates, "", self.unit_names)
 
     def plot(self, title: str | None = "") -> "figures.Plot":
-        """Draw what each circuit gives next to what is needed, as a matplotlib figure."""
+        """Draw the power of each circuit next to the requirement, as a matplotlib figure."""
         return figures.design(self, self.scene.title if title == "" else title)

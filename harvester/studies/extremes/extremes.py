@@ -192,7 +192,7 @@ def _by_passages(problem: Problem, span: float) -> Extremes:
 
     if math.isfinite(sum(problem.equations.rigid_stops)):
         raise CannotServeError(
-            "`passages` must go with a side without a rigid stop, but both sides have one"
+            "`passages` must be used with a side without a rigid stop, but both sides have one"
         )
     served(Density, problem)
     units = problem.units
@@ -223,7 +223,7 @@ def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) ->
 
 
 def check_extremes(scene: AnyScene, lifetime: float | str) -> None:
-    """Raise what `extremes` would for an invalid lifetime, or a scene that has no largest values."""
+    """Raise the errors of `extremes` for an invalid lifetime, or a scene that has no largest values."""
     problem = Problem.of(scene)
     read_lifetime(lifetime, problem)
     check_served(problem)

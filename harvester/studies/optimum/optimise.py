@@ -129,7 +129,7 @@ def optimise(
     kind = kind_of_search(vary, objective, constraints, spread, lifetime)
     if points is not None and target.second is None:
         raise InputError(
-            "`points` must go with a second quantity in `objective`, but there is none"
+            "`points` must be used with a second quantity in `objective`, but there is none"
         )
     if points is not None and not 2 <= points <= MOST_POINTS:
         raise invalid("`points`", f"be between 2 and {MOST_POINTS}", points)

@@ -1,4 +1,4 @@
-"""The answer of a search for the largest power: the keys with intervals, the power there, other peaks, what it took."""
+"""The answer of a search for the largest power: the keys with intervals, the power there, other peaks, its cost."""
 
 from collections import Counter
 from typing import Any, ClassVar, NamedTuple
@@ -64,7 +64,7 @@ class PowerPeak(NamedTuple):
 class Optimum(TableResult, kw_only=True):
     """The largest mean power over ranges of keys.
 
-    The interval of each key is where the optimum lies: at 95 % for an engine that samples
+    The interval of each key has the optimum in it: at 95 % for an engine that samples
     (sampling, shape of the surface and time-step bias), within the model's stated error for a
     formula; ``why`` states the reason why it is missing.
 

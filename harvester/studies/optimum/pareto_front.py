@@ -49,8 +49,8 @@ class ParetoFront(TableResult):
     diagnostics
         warnings and notes, each with a code, numbers and a sentence (``str``).
     alike
-        designs that an engine that samples cannot tell from the front: they are beaten by less than
-        the errors; in the table they are behind the front.
+        designs that an engine that samples cannot distinguish from the front: they are beaten by
+        less than the errors; in the table they are behind the front.
 
     Examples
     --------
@@ -112,7 +112,7 @@ class ParetoFront(TableResult):
 
     @property
     def table(self) -> Table:
-        """The designs of the front, and if an engine samples those that cannot be told from it."""
+        """The designs of the front, and if an engine samples those that cannot be distinguished from it."""
         points = (*self.points, *self.alike)
         table = self._rows(points)
         if self.points[0].quantity_error95 is None:
@@ -146,7 +146,7 @@ class ParetoFront(TableResult):
 def remarks(
     quantity: str, sign: int, points: Sequence[FrontPoint], alike: Sequence[FrontPoint]
 ) -> list[Diagnostic]:
-    """What is to be said of a front: its aims, what of its errors is not known, how many designs are alike."""
+    """The remarks on a front: its aims, the unknown part of its errors, how many designs are alike."""
     diagnostics = [note("two_aims", quantity=quantity, aim="high" if sign > 0 else "low")]
     unknown = dict.fromkeys(
         point.mean_power.unknown for point in points if point.mean_power.unknown

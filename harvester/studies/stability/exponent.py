@@ -129,9 +129,9 @@ def stability(
     Raises
     ------
     InputError
-        for a folder that cannot be written, and what `Execution` has for other studies.
+        for a folder that cannot be written, and the options that `Execution` has for other studies.
     CannotServeError
-        for a netlist load, and if the linearised motion about x = 0 says nothing of rest.
+        for a netlist load, and if the linearised motion about x = 0 has no information on rest.
     SimulationError
         if the linearised motion stops dead (restitution 0 without a voltage).
 

@@ -58,7 +58,7 @@ def sweep(
     Raises
     ------
     InputError
-        for a key that no scene has, a value that it cannot take, or a folder that cannot be
+        for a key that no scene has, a value that it cannot have, or a folder that cannot be
         written.
     HarvesterError
         if every point failed, the last error.
@@ -94,7 +94,7 @@ def sweep(
 def for_circuit(
     problem: Problem, which: Sequence[Named]
 ) -> tuple[Sequence[Named], dict[str, list[str]]]:
-    """Engines whose answers stand in one figure, and for each that is in place of formulas the names of these.
+    """Engines whose answers share one figure, and for each that is in place of formulas the names of these.
 
     No formula knows a netlist: in their place is the circuit of ideal elements, `Ideal`, else
     `Compiled`.

@@ -62,9 +62,9 @@ def tolerance(
         an engine or its name, by default the cheapest whose error is small against the spread.
     samples, runs
         how many devices (default: 10,000), and how many of them the engine computes (default: 512
-        by a formula, else 24 for each key and 24 more).  "first-order": the power goes linearly
+        by a formula, else 24 for each key and 24 more).  "first-order": the power is linear
         with each key, by the gradient of engine `Density`, and each key's ends and two more devices
-        report what that leaves out; for a netlist by the slopes of engine `Ideal`, on common noise.
+        report the remainder; for a netlist by the slopes of engine `Ideal`, on common noise.
     checks, within
         how many devices are computed again by a dearer engine (default: 8, by ngspice 4; 0: none),
         and to which relative error.
@@ -74,7 +74,7 @@ def tolerance(
         the same seed, the same devices.
     execution
         has the folder for tolerance.csv, tolerance.png, provenance.json and a folder for each
-        sweep, and says who computes.
+        sweep, and chooses the workers.
 
     Returns
     -------

@@ -40,7 +40,7 @@ class TornadoBar:
     ``ends`` are these two values of the key, ``powers`` the powers there.  ``quantiles`` are the
     powers that 5 % and 95 % of devices are below if this key alone scatters, by the surface through
     the samples: a key whose best value lies between its ends moves the power by more than the
-    powers at its ends tell.
+    powers at its ends show.
     """
 
     key: str
@@ -64,7 +64,7 @@ class ToleranceResult(TableResult):
     samples
         the keys' values in SI units, shape (n, keys).
     power, voltage
-        what the engine finds there, shape (n,) (W, V).
+        the engine's values there, shape (n,) (W, V).
     off
         the relative error of each power at 95 %; None if it is not known.
     quantiles, voltages
@@ -220,7 +220,7 @@ class ToleranceResult(TableResult):
 
     @property
     def check(self) -> str:
-        """Where the error of a sample's power is from."""
+        """The origin of the error of a sample's power."""
         return "; ".join(
             str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in CHECKS
         )
@@ -342,7 +342,7 @@ def _interval(
 
 
 def _warnings(runs: ToleranceRuns) -> list[Diagnostic]:
-    """What the errors of the engine and of the surface make doubtful."""
+    """The results that the errors of the engine and of the surface make doubtful."""
     samples = runs.samples
     missed = runs.surface.unexplained
     warnings = []

@@ -97,7 +97,7 @@ def test_interrupted_with_ngspice(tmp_path):
     said = interrupted(bridge, "44Hz:50Hz:3", out, engines, 8)
     assert (
         said
-        == f"interrupted: 8 of 9 points are in {str(out)!r}; the same command with `resume` goes on from there"
+        == f"interrupted: 8 of 9 points are in {str(out)!r}; the same command with `resume` continues from there"
     )
     found, computed, kept = resumed(bridge, "44Hz:50Hz:3", out, engines)
     assert (computed, kept) == (1, 8)
