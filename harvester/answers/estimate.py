@@ -19,8 +19,8 @@ class SteadyResponse(Result):
     """A response to a steady drive: its mean power in the answer's unit, and the share of starts that come to it.
 
     It comes back after so many ``periods`` of the drive, or after none (None): then it is
-    ``chaotic``, or quasi-periodic.  The mean is that of ``engine``; ``note`` states how another
-    engine finds there.
+    ``chaotic``, or quasi-periodic.  The mean is that of ``engine``; ``note`` states the result of
+    another engine there.
     """
 
     SHORT = ("mean_power", "periods", "share_of_starts")

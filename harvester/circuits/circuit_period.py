@@ -34,7 +34,7 @@ MEASURED = 4  # times that the response is gone through: switches may act a litt
 
 @dataclass(frozen=True)
 class CircuitStart:
-    """The start of a response that repeats after ``turns`` periods of the drive begins, or the way to a neighbour.
+    """The start of a response that repeats after ``turns`` periods of the drive, or the way to a neighbour.
 
     ``coordinates``, y and y' of all modes, and the circuit's ``state`` are those just after the
     kick at which the drive begins.

@@ -4,7 +4,7 @@
 
 y are the voltages of the nodes, and the currents of the elements that need one (voltage sources,
 coils); z the charges of capacitors and the fluxes of coils; i the currents of diodes, switches and
-B sources and q the charges of junctions, which depend on the voltages and currents w; s those
+B sources and q the charges of junctions, which depend on the voltages and currents w; s the values that
 sources of constant value give.  u = theta x' is the current of the piezo, which is next to its
 capacitance Cp between the node ``p`` and ground.
 

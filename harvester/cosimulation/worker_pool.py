@@ -69,8 +69,8 @@ def worker_count() -> int:
 def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> Iterator[T]:
     """Call ``function(*given)`` for each of the arguments in worker processes, and yield the results in their order.
 
-    `worker_count` of them run at a time.  The error of a job is raised in place of its result
-    yielded.  Jobs that still run when the iteration ends, by an error or because its reader stops,
+    `worker_count` of them run at a time.  The error of a job is raised in place of its
+    result.  Jobs that still run when the iteration ends, by an error or because its reader stops,
     are killed.
 
     Raises CircuitError of a job, or when its process dies.

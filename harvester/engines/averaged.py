@@ -156,8 +156,8 @@ def linear_error(eqs: Equations, law: "TwoScale", free: Floats) -> float:
 def tail_error(tail: "PowerTail", law: "TwoScale") -> float:
     """The relative error of E[V^2] that comes from the power tail p(A) ~ A^-(1 + q) of parametric noise.
 
-    E[A^2] is in proportion to 1/(q - 2), so that an error d of q is d/(q - 2), whose d/q is that of
-    the damping and stated already.  With a stop at a distance also the share of the tail that lies
+    E[A^2] is in proportion to 1/(q - 2), so that an error d of q is a relative one of d/(q - 2), whose
+    part d/q is that of the damping and stated already.  With a stop at a distance also the share of the tail that lies
     beyond the law's last amplitude.
     """
     from harvester.averaging.grids import KEPT

@@ -46,7 +46,7 @@ def steady_responses(
     They are those that stay at half the step of the search.  A mean has the time-step error, from
     the same response before, and of sampling: that of the drive's phase on the grid of steps if it
     comes back, else of the motion.  The responses that the longer step lacks, and the error of the
-    model (``unknown``), is not known.
+    model (``unknown``), are not known.
     """
     from harvester.mechanics.ensemble.coexisting_responses import (
         attractors,

@@ -159,7 +159,7 @@ class Settling:
 
         ``residual`` is as of `left`.  The part that changes explain is removed twice: once leaves a
         part of the explained part, for none of them is believed altogether, and that part is within
-        the `left` may be wrong by.
+        the error of `left`.
         """
         rest = residual
         for _ in range(2):

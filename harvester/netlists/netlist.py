@@ -1,7 +1,7 @@
 """A netlist as it is read, once: subcircuits with their elements, models, parameters and functions, and its settings.
 
 Everything else reads this: which circuit is the load (`harvester.netlists.load_circuit`), the
-effect of a board's nets are (`harvester.netlists.flat`), and the elements with their values
+meaning of a board's nets (`harvester.netlists.flat`), and the elements with their values
 (`harvester.netlists.written_out`).  The text itself is not passed on: the text for ngspice is
 written from the understood content.
 

@@ -80,8 +80,8 @@ def bias_weights(steps: int, order: float) -> Floats:
 def limit(values: Sequence[float]) -> tuple[float, float]:
     """The limit of numbers at steps that are halved, the finest last, and its error.
 
-    If the last three fall by the order, by about 4, it is E_0, whose error is the change by the
-    finest step changed in it.  Else it is the last one, whose error is the larger of its change and
+    If the last three fall by the order, by about 4, it is E_0, whose error is its change by the
+    finest step.  Else it is the last one, whose error is the larger of its change and
     a quarter of the change before.
 
     >>> limit([17.0, 5.0, 2.0]), limit([1.0, 2.0, 1.0])

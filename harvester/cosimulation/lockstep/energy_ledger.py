@@ -11,7 +11,7 @@
 
 The energy from the terminals, less the load's and Csmooth's share, is the circuit's loss (diodes,
 switches, coils); a plain load resistor has none.  So the sum checks the force -beta V on
-the mass against v i in ngspice, and of the works of the spring against its energy; both differ by
+the mass against v i in ngspice, and the works of the spring against its energy; both differ by
 the second order in the step.
 """
 

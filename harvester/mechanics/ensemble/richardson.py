@@ -80,7 +80,7 @@ class RichardsonPair:
 
     Both are on the same noise (`harvester.uncertainty.richardson`).  Trajectories that have not run yet are burnt in
     first, within ``budget`` seconds.  ``burn_in`` and ``duration`` are the nondimensional times before and of the
-    averages, ``seconds_a_unit`` the cost of a unit of time took in the last `extend`.
+    averages, ``seconds_a_unit`` the cost of a unit of time in the last `extend`.
 
     Trajectories that share a record of tabulated noise have soon seen all of it, and are one entry
     together: to continue, others begin on other records.

@@ -45,7 +45,7 @@ def decayed(z):
 
     Taylor series of q = 1 - exp(-z/16) in pairs of terms that do not wait for each other, then
     q <- q (2 - q) four times, which keeps the relative precision of a small z; beyond z = 32 the
-    value stays its value there.
+    value stays the same.
     """
     u = min(z, 32.0) * (1.0 / 16.0)
     u2 = u * u
@@ -292,7 +292,7 @@ def kick(s, xi, h, c, a=None, other=None):
 
     v' = -f v + F has the solution v exp(-y) + h F (1 - exp(-y))/y with y = f h.  exp(-y) is
     replaced by 1/(1 + y + y^2/2): correct to the order of the splitting, positive for every
-    y, and tends to 0 with stiff damping, so that no step makes it unstable.  Quadratic damping uses
+    y, and tending to 0 with stiff damping, so that no step makes it unstable.  Quadratic damping uses
     the mean of the speeds before and after, the latter found with the one before: second order
     again.
     """

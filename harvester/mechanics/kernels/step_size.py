@@ -94,7 +94,7 @@ def chatter(pressure: float, n1: float | None, v2: float) -> float:
     """Frequency that the step must resolve if noise keeps a mass bouncing that the spring presses on a stop.
 
     w^2 = F^3/(10 N1 v) for a spring's acceleration F = ``pressure`` there, with v^2 = ``v2`` = E[x'^2], but v at least
-    N1/F, the energy from noise of a mass that bounces no more.  As the spring acts in kicks, each
+    N1/F, the value by noise for a mass that bounces no more.  As the spring acts in kicks, each
     bounce is off by up to F v h in energy, and so many random errors heat the mass: by a part F^3
     h^2/(10 N1 v), or so, which is 1 % at h = 0.1/w.
     """

@@ -129,7 +129,7 @@ def _drift_with_circuit(x, v, V, U, m, did, accelerations, d, c, circuit, shaker
     """Drift all trajectories under the first row of ``accelerations``.
 
     ``did``, shape (4, BATCH), gets in its last two rows the number of impacts and the energy that
-    that they lasted.
+    they dissipated.
     """
     if c.r is None and c.gap is None and circuit.hysteresis is None:
         for i in range(BATCH):

@@ -46,7 +46,7 @@ class ChargingResult(TableResult):
     unit
         its unit.
     target
-        its target.
+        the value to reach.
     duration
         how long a run was watched (s, or 1/w0).
     time

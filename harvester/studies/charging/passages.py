@@ -54,7 +54,7 @@ class Passages:
     run first reaches each, infinite if it never does; ``coarse`` are the same runs at a coarser
     step.  ``curves``, shape (runs, samples), are voltages at the times ``at``; ``end`` is how long
     each run was watched; ``capacitance`` (F) that of the store, 0 if it is not known; ``seconds``
-    of all, without compilation.  ``after`` has the time after the first passage of each
+    of all, without compilation.  ``after`` is the course after the first passage of each
     run, and at the coarser step; None if that was not looked at.
     """
 

@@ -39,8 +39,8 @@ def sampled_front(
     """The front of the power and of the quantity that ``aimed`` names, to be low or high by its sign, under limits.
 
     Raises InputError for limits that cannot be and an engine that does not support the scene;
-    SimulationError if fewer than `FEWEST` places have an answer that keeps the limits, with a
-    remedy to change.
+    SimulationError if fewer than `FEWEST` places have an answer that keeps the limits, with
+    the arguments to change.
     """
     begin = time.perf_counter()
     warnings = list[Diagnostic]()

@@ -1,4 +1,4 @@
-"""The rows of a sweep: an engine's answer at a point, or why it did not; in the journal, and as a table's columns.
+"""The rows of a sweep: an engine's answer at a point, or why there is none; in the journal, and as a table's columns.
 
 Numbers have nine digits from the first, so that a row that is read from sweep.csv is the one that
 was written there.

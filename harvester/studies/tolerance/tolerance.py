@@ -63,8 +63,8 @@ def tolerance(
     samples, runs
         how many devices (default: 10,000), and how many of them the engine computes (default: 512
         by a formula, else 24 for each key and 24 more).  "first-order": the power is linear
-        with each key, by the gradient of engine `Density`, and each key's ends and two more devices
-        report the remainder; for a netlist by the slopes of engine `Ideal`, on common noise.
+        in each key, by the gradient of engine `Density`, and each key's ends and two more devices
+        measure the remainder; for a netlist by the slopes of engine `Ideal`, on common noise.
     checks, within
         how many devices are computed again by a dearer engine (default: 8, by ngspice 4; 0: none),
         and to which relative error.
