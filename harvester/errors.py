@@ -16,6 +16,8 @@ Answer = TypeVar("Answer")
 class HarvesterError(Exception):
     """Base of all errors that this package raises on purpose.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> issubclass(hv.InputError, hv.HarvesterError), hv.HarvesterError.exit_status
     (True, 3)
@@ -29,6 +31,8 @@ class InputError(HarvesterError, ValueError):
 
     It is a ValueError as well, so that code which knows nothing of this package catches it.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 kg")
     Traceback (most recent call last):
@@ -41,6 +45,8 @@ class InputError(HarvesterError, ValueError):
 class UnknownArgumentError(InputError, TypeError):
     """A function was called with a keyword that it does not accept; it is a TypeError, as Python's own answer would be.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.sweep("scene.toml", vari={"load.resistance": [1e3]})
     Traceback (most recent call last):
@@ -51,6 +57,8 @@ class UnknownArgumentError(InputError, TypeError):
 class MissingProgramError(InputError):
     """Something that the request needs is not installed (ngspice).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.MissingProgramError.exit_status
     2
@@ -63,6 +71,8 @@ class CannotServeError(InputError):
     Its argument is the refusal: a code with numbers (``error.args[0].code``), whose sentence the
     message is.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> table = hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0)
     >>> hv.Averaged().run(hv.Scene(nondimensional=table))
@@ -74,6 +84,8 @@ class CannotServeError(InputError):
 class SimulationError(HarvesterError):
     """The computation was well posed as a request, but did not end in an answer.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.Averaged().run(hv.Scene(nondimensional=hv.Nondimensional(c1=0.1, beta=0.05, mu=1.0, D11=0.01)))
     Traceback (most recent call last):
@@ -88,6 +100,8 @@ class UnboundedResponseError(SimulationError):
 class InfiniteMeanError(UnboundedResponseError):
     """The response settles, but large motions are so likely that its mean square and mean power do not exist.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=0.5, D11=0.01, D22=0.1))
     >>> hv.Averaged().run(scene)

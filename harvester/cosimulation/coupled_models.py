@@ -41,37 +41,37 @@ class Cosimulation(TableResult):
 
     Attributes
     ----------
-    time
+    time : ndarray
         s.
-    state
+    state : dict
         the numbers of the model's state by name, shape (n,), in the middle of the kick at that
         time.
-    voltage, current, load_power
+    voltage, current, load_power : ndarray
         at the circuit's terminals, out of the port, and of Rload: shape (n,) (V, A, W).
-    probes, probe_units
+    probes, probe_units : dict
         further quantities of the circuit by name, shape (n,), and their units.
-    events
+    events : ndarray
         the times of the model's events, shape (m,) (s).
-    mean_power
+    mean_power : Value
         of Rload, over the whole path (W).
-    ledger
+    ledger : dict
         mean powers (W) over the whole path: ``ledger_input`` is the work of the model against the
         port's reaction, ``ledger_load`` flows into Rload, ``ledger_circuit`` is lost in the rest of
         the circuit, and ``ledger_stored`` is the growth of the energy in Cp and Csmooth.
-    ledger_residual
+    ledger_residual : float
         the part of the largest of them that does not add up: a check, which shrinks as the square
         of the step.
-    step
+    step : float
         the model's step (s).
-    steps
+    steps : int
         those that ngspice accepted.
-    seconds, compilation_seconds
+    seconds, compilation_seconds : float
         of the run, and of compiling the model.
-    compiled
+    compiled : bool
         whether the model was compiled, rather than run in plain Python.
-    physical
+    physical : bool
         whether its numbers are in SI units: always.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -175,32 +175,32 @@ def cosimulate(
 
     Parameters
     ----------
-    model
+    model : object
         an object with the functions drift, kick and source (``Model`` of harvester.cosimulation
         states their names), and event and jump if there are events; a NamedTuple of numbers is
         compiled.
-    circuit
+    circuit : Load or str
         the load on the port: a name of the package's netlists such as "bridge", the path of a file,
         the text of a netlist, or a `harvester.Load` with values of its parameters.
-    port
+    port : Piezo or Coil
         a `harvester.Piezo` (coupling and capacitance) or a `harvester.Coil`.
-    start
+    start : object
         the model's state at time 0, a NamedTuple of numbers; the circuit begins without voltages
         and currents.
-    duration, step
+    duration, step : float or str
         in seconds, or as texts such as "2 s" and "1 ms".
-    seed
+    seed : int, default 0
         of the noise: the same seed, the same path.
-    probe
+    probe : list of str, optional
         further quantities of the circuit, such as "store", "v(a,b)" or "p(d1)".
-    every
+    every : int, default 1
         how many steps a reading comes.
-    tolerance
+    tolerance : float, default 0.0001
         ngspice's relative tolerance of its own steps between those of the model.
-    volts
+    volts : float, default 1.0
         the size of the voltages, to which its absolute tolerances are relative: 1e-3 if they are of
         some millivolts.
-    compiled
+    compiled : bool, optional
         True: numba compiles the model; False: it runs in plain Python; None: compiled if it is a
         NamedTuple of numbers.
 

@@ -29,8 +29,8 @@ class Coil(SceneTable):
 
     TABLE = "coil"
     coupling: Annotated[Number, TRANSDUCTION, "e.m.f. per velocity, which is force per current"]
-    resistance: Annotated[OptNumber, RESISTANCE_OF_COIL, "series resistance (ohm)"] = NONE
-    inductance: Annotated[OptNumber, INDUCTANCE, "inductance (H)"] = NONE
+    resistance: Annotated[OptNumber, RESISTANCE_OF_COIL, "series resistance"] = NONE
+    inductance: Annotated[OptNumber, INDUCTANCE, "inductance"] = NONE
 
 
 Port = Piezo | Coil

@@ -24,24 +24,24 @@ def export(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a Scene of a device, or the path of its file.
-    out
+    out : path
         the file: ``device.fmu`` for simulators that import FMI; ``device.lib`` for ngspice, LTspice
         and KiCad.
-    name, duration
+    name, duration : str or float or str, optional
         options of a subcircuit: its name (None: the file's), and the length (s) of noise that is
         written point by point (None: 1000 periods).
-    circuit
+    circuit : str, optional
         option of an FMU: "inside" (None), with the load, a resistor or an ideal circuit; or
         "outside", with an electrical port: current (A) and load resistance (ohm) in, voltage (V)
         out.
-    fmi
+    fmi : int, optional
         option of an FMU: 2 (None) for FMI 2.0, or 3 for FMI 3.0 with event mode.
-    platforms
+    platforms : str or list of str, optional
         option of an FMU: some of "linux-x86_64", "linux-aarch64", "windows-x86_64" and
         "macos-aarch64", or "all"; None: this machine's.
-    seed
+    seed : int, default 0
         draws noise that is written into the part.
 
     Returns

@@ -41,7 +41,7 @@ class Averaged(Formula):
 
     Parameters
     ----------
-    within, budget, seed
+    within, budget, seed : float or str or int, optional
         the options of `run`.
 
     Raises

@@ -46,7 +46,7 @@ class Cheapest(MonteCarloOptions, Engine):
 
     Parameters
     ----------
-    within, budget, seed, duration, trajectories, dt
+    within, budget, seed, duration, trajectories, dt : float or str or int, optional
         the options of `run`.
 
     Raises

@@ -36,11 +36,11 @@ class Compiled(Ensemble):
 
     Parameters
     ----------
-    within, budget, seed, duration, trajectories, dt
+    within, budget, seed, duration, trajectories, dt : float or str or int, optional
         As in `run`.
-    probe
+    probe : tuple of str
         Circuit quantities to report, such as "store" or "v(a,b)".
-    ledger
+    ledger : bool, default False
         Also report the mean power dissipated in each element.
 
     Raises

@@ -51,7 +51,7 @@ class Density(Request, Engine):
 
     Parameters
     ----------
-    within, budget, seed
+    within, budget, seed : float or str or int, optional
         the options of `run`.
 
     Raises

@@ -84,7 +84,7 @@ class Ensemble(MonteCarloOptions, Engine):
 
     Parameters
     ----------
-    within, budget, seed, duration, trajectories, dt
+    within, budget, seed, duration, trajectories, dt : float or str or int, optional
         the options of `run`.
 
     Raises

@@ -35,9 +35,9 @@ class Ideal(Ensemble):
 
     Parameters
     ----------
-    within, budget, seed, duration, trajectories, dt
+    within, budget, seed, duration, trajectories, dt : float or str or int, optional
         the options of `run`.
-    judged
+    judged : bool, default True
         measure the error of the ideal elements against the compiled circuit; False: it stays
         unknown.
 

@@ -77,13 +77,13 @@ def run(
 
     Parameters
     ----------
-    scene
+    scene : Scene, path or list of these
         The scene, or the path of a scene file. A list returns a list of estimates in the same order.
-    engine
+    engine : Engine or str, optional
         Name such as "spice", or an engine object such as ``hv.Spice(within="1%")``. Default: with
         ``within`` the cheapest engine that reaches it; otherwise `Exact` if it supports the scene,
         `Slow` for a chip behind a rectifier, `Spice` for other netlists, and `Ensemble`.
-    progress
+    progress : callable, optional
         Called with the completed fraction, from 0 to 1.
     options
         Options of the engine, by keyword; listed below.

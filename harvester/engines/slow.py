@@ -38,7 +38,7 @@ class Slow(Request, Engine):
 
     Parameters
     ----------
-    within, budget, seed
+    within, budget, seed : float or str or int, optional
         the options of `run`.
 
     Examples

@@ -44,10 +44,10 @@ def identify(
 
     Parameters
     ----------
-    files
+    files : str or list of str
         the path of a CSV file, or several, each with its state behind an @ if it needs one, such
         as "ringdown.csv@open".
-    known
+    known : mapping, optional
         scene keys that are not fitted, such as {"mass": "40 g"}: numbers in SI units, or texts with
         their unit.
 

@@ -21,18 +21,18 @@ class Execution:
 
     Parameters
     ----------
-    workers
+    workers : int, optional
         processes of this machine; None: one a core if there is work for them; 1: this one alone.
-    executor
+    executor : Executor
         one that computes in their place: from `concurrent.futures`, or the ``Client`` of a Dask
         scheduler.
-    resume
+    resume : bool, default False
         keep the rows of an earlier run of the same study in the folder ``out``.
-    out
+    out : path, optional
         the folder for the files of the study; without it nothing is written.
-    formats
+    formats : sequence of str
         forms of its figures in addition to .png: "svg", "pdf".
-    progress
+    progress : Progress
         is reported how far the study is: an object with the methods ``start()``, ``step(fraction,
         what)`` and ``close()``.
 

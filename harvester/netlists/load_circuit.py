@@ -194,10 +194,10 @@ def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as 
 
     Parameters
     ----------
-    name
+    name : str
         one of the package's netlists, such as "bridge", or the path of a file that has a
         subcircuit.  In a flat netlist `Load` names the terminals.
-    parameters
+    parameters : float or str
         of the subcircuit, and its elements by their names: numbers in SI units, or texts with their
         unit.
 

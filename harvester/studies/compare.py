@@ -78,11 +78,11 @@ class Comparison(TableResult):
 
     Attributes
     ----------
-    estimates
+    estimates : tuple of Estimate
         an `Estimate` of each engine that supported.
-    refused
+    refused : dict
         the other engines by name, with the reason.
-    paths
+    paths : tuple of PathComparison
         paths of the voltage by three ways, if these have a meaning.
 
     Examples
@@ -195,11 +195,11 @@ def compare(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    engines
+    engines : list of Engine or str, optional
         engines or their names, in place of all.
-    execution
+    execution : Execution, optional
         has the folder for compare.csv, compare.png and provenance.json; ``out``, ``formats`` and
         ``progress`` alone.
     options

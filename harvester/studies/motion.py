@@ -43,33 +43,33 @@ class Motion(TableResult):
 
     Attributes
     ----------
-    time
+    time : ndarray
         s (nondimensional scene: 1/w0).
-    displacement, velocity
+    displacement, velocity : ndarray
         of the mass relative to the base, shape (n,) (m, m/s).
-    voltage
+    voltage : ndarray
         of the piezo, shape (n,) (V).
-    acceleration
+    acceleration : ndarray or None
         of the base, shape (n,) (m/s^2); None under white noise alone, which has no value at a time.
-    impacts
+    impacts : ndarray
         a row (time, speed) for each impact, shape (m, 2); the speed is negative at the opposite
         stop.
-    stops
+    stops : tuple of float
         places of the displacement's stops (m): none of a ball, nor of a sum of modes, which
         meets its own.
-    shown
+    shown : float
         the length of the last part, which a plot shows.
-    step
+    step : float
         the step of the computation.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    engine
+    engine : str
         the name of the engine that computed it.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
-    probes, probe_units
+    probes, probe_units : dict
         further quantities of the circuit by name, shape (n,), and their units.
-    hides_noise
+    hides_noise : bool
         whether white noise acts together with the acceleration, which leaves it out.
 
     Examples
@@ -161,23 +161,23 @@ def motion(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    engine
+    engine : str, default "ensemble"
         "ensemble"; or "spice" or "compiled", which have the circuit.
-    duration
+    duration : float or str, optional
         of the part that is shown, in seconds or as a text such as "2 s" (nondimensional scene: a
         number in 1/w0); four times as long precedes it, in which the response settles.
-    seed
+    seed : int, default 0
         the same seed, the same noise.
-    from_rest
+    from_rest : bool, default False
         show the beginning, and compute nothing before it.
-    probe
+    probe : list of str, optional
         further quantities of the circuit, such as "store" or "v(a,b)", for the engines with a
         circuit.
-    expected
+    expected : callable, optional
         is called with the seconds for a long path by ngspice, measured on a short one.
-    execution
+    execution : Execution, optional
         has the folder for motion.csv, motion.npz, motion.png and provenance.json; ``out`` and
         ``formats`` alone.
 

@@ -84,49 +84,49 @@ class NodeResult(TableResult):
 
     Attributes
     ----------
-    days
+    days : float
         how long the node is followed.
-    packets_per_hour
+    packets_per_hour : Value
         a `Value`: the packets per hour that arrive, of all the time.
-    packets_lost
+    packets_lost : float or None
         how many an hour do not, in spite of all retries; None if none is lost.
-    interval_median, interval_95, interval_longest
+    interval_median, interval_95, interval_longest : Value or None
         `Value` each: the time (s) from one packet to the next, which half of all, 95 % and all of
         them do not exceed; None with fewer than two packets.
-    share_running
+    share_running : Value
         a `Value`: the share of the time from its first packet's beginning.
-    first_packet
+    first_packet : Value or None
         a `Value`: when the first was sent (s); None if none is.
-    brown_outs
+    brown_outs : float
         how often the node stopped, an hour.
-    harvested
+    harvested : Value
         a `Value`: the mean power (W) that comes into the store beyond the clamp's part.
-    needed
+    needed : float
         the power (W) that the node draws from the store while it runs.
-    limit
+    limit : str
         the limit: "interval", "energy", "store", "wake_voltage", "cold_start", "battery" or
         "time".
-    helps
+    helps : dict
         how many more packets, as a part of those that it sends, a tenth more or less of each key
         and of the rectifier's current would give, whichever gives more; empty if it sends none.
-    fewest, most
+    fewest, most : int or None
         the packets of the whole hours with the fewest and the most of them, from the first packet
         on, on a record; None for shaking that always is alike.
-    bound
+    bound : PowerBound or None
         the most that any device of this mass could absorb (W), and why; None if no bound applies.
-    days_packets
+    days_packets : ndarray
         the packets of each whole day, shape (days,).
-    thresholds
+    thresholds : tuple
         the voltages (V) at which the node begins and stops.
-    t, voltage
+    t, voltage : ndarray
         the course in time (s), shape (n,), and the store's voltage (V) then, shape (n,).
-    seconds
+    seconds : float
         the cost of the computation.
-    steps
+    steps : int
         of mass and circuit.
-    physical
+    physical : bool
         whether its numbers are in SI units: they are.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -225,11 +225,11 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         Scene with the tables [storage] and [node], and optionally [chip], or the path of its file.
-    days
+    days : float, default 1.0
         Simulated time in days.
-    seed
+    seed : int, default 0
         Random seed.
 
     Returns

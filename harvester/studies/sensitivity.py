@@ -31,19 +31,19 @@ class Sensitivity(TableResult):
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    mean_power
+    mean_power : Value
         a `Value` (W).
-    keys, values, units
+    keys, values, units : tuple of str or tuple of float
         the scene keys, their values in SI units and these units.
-    elasticities
+    elasticities : tuple of Value
         a `Value` without a unit for each key.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -95,15 +95,15 @@ def sensitivity(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene` that engine `Density` supports, or `Compiled` if it has a netlist; or the path of
         a scene file.
-    within
+    within : float, optional
         the relative power error that is aimed at, such as 0.01; None: 1e-6, of coloured noise 1e-3.
         Not with a netlist.
-    budget
+    budget : float, optional
         seconds of computing.  With a netlist, the keys that are left then are named in a warning.
-    progress
+    progress : callable, optional
         is called with the fraction done.
 
     Returns

@@ -53,17 +53,17 @@ class Spice(MonteCarloOptions, Engine):
 
     Parameters
     ----------
-    within, budget, seed, duration, trajectories, dt
+    within, budget, seed, duration, trajectories, dt : float or str or int, optional
         As in `run`.
-    alone
+    alone : bool, default False
         Average plain ngspice runs started from rest, without variance reduction.
-    reltol
+    reltol : float, default 0.0001
         ngspice's relative tolerance, for a netlist.
-    gaussian
+    gaussian : bool, default False
         Gaussian noise in place of the three-point noise of the ensemble; only with ``alone``.
-    probe
+    probe : tuple of str
         Circuit quantities to report, such as "store" or "v(a,b)".
-    ledger
+    ledger : bool, default False
         Also report the mean power dissipated in each element.
 
     Raises

@@ -39,44 +39,44 @@ class ChargingResult(TableResult):
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    probe
+    probe : str
         the quantity of the circuit that is looked at.
-    unit
+    unit : str
         its unit.
-    target
+    target : float
         the value to reach.
-    duration
+    duration : float
         how long a run was watched (s, or 1/w0).
-    time
+    time : Value or None
         a `Value`: the mean time to the target; None if a run never reaches it within the duration.
-    at_least
+    at_least : Value
         a `Value`: a lower bound of that time, the mean with such a run counted as the duration.
-    low, high
+    low, high : float or None
         the times by which 5 % and 95 % of the runs have arrived; None if fewer have.
-    runs
+    runs : int
         the number of runs.
-    reached, reached_between
+    reached, reached_between : float or tuple
         the share of them that arrive, and its 95 % interval.
-    levels
+    levels : tuple of Level
         voltages on the way to the target, with time, energy and power of each.
-    t, voltage, stderr
+    t, voltage, stderr : ndarray or ndarray or None
         times, the mean over the runs and its standard error (None for one run), shape (n,).
-    quantiles, arrived
+    quantiles, arrived : tuple or ndarray
         5 and 95 % quantiles over the runs, and the share that has arrived by then.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    steps
+    steps : int
         steps of all runs.
-    afterwards
+    afterwards : Value or None
         a `Value`: the share of the time at or above the target after the first arrival; None if it
         was not asked for.
-    rises
+    rises : float or None
         how often a run rises to the target; None if it was not asked for.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples

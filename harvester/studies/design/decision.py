@@ -56,23 +56,23 @@ def design(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         A `Scene`, or the path of its file; its load is ignored.
-    needs
+    needs : str, optional
         Power at a voltage, such as "40 uW at 3.3 V". Default: the consumption of the scene's
         [node].
-    wake
+    wake : float or str, optional
         Longest charging time from empty to that voltage (s, or a text such as "10 s").
-    spread
+    spread : mapping or list of str or str, optional
         Manufacturing spreads of keys, as ``vary`` of `tolerance`, such as "frequency=2Hz".
-    limit
+    limit : list of str or str, optional
         Limits such as "peak_displacement < 1 mm" (harmonic excitation) and "mean_power > 50 uW".
-    circuits, chips
+    circuits, chips : list of str, optional
         Names of netlists, the simplest first, and of chips. Default: bridge, doubler, series_sshi,
         parallel_sshi and, under a harmonic excitation, every chip that has a netlist.
-    seed
+    seed : int, default 0
         Random seed.
-    execution
+    execution : Execution, optional
         Folder for design.csv, design.toml and provenance.json, number of workers, and progress.
 
     Returns

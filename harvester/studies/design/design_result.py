@@ -18,15 +18,15 @@ class DesignCandidate(Result):
 
     Attributes
     ----------
-    circuit, coil
+    circuit, coil : str or None
         the name of the netlist, and that of the coil; None without one.
-    available
+    available : Value
         a `Value`: the mean power (W) that is there at the voltage needed.
-    share_met
+    share_met : float or None
         the share of devices that meet everything; None if it was not computed.
-    wake
+    wake : float or None
         the time (s) from empty to the voltage needed; None if it is never reached.
-    meets
+    meets : bool
         whether the device of the scene meets everything.
 
     Examples
@@ -51,40 +51,40 @@ class DesignResult(TableResult):
 
     Attributes
     ----------
-    circuit, coil
+    circuit, coil : str or None
         the name of the netlist, and that of the coil; None without one.
-    settings
+    settings : dict
         the netlist's parameters, in SI units, next to load and capacitor.
-    power_needed
+    power_needed : float
         the power needed (W).
-    load_resistance
+    load_resistance : float
         the resistance (ohm) that draws the power needed at the voltage needed.
-    capacitor
+    capacitor : float
         the smallest of the series E6 (F) that keeps the voltage within 1 % over half a period, or a
         node's packet.
-    available
+    available : Value
         a `Value`: the mean power (W) that is there at the voltage needed.
-    wake
+    wake : float
         the time (s) from empty to the voltage needed.
-    largest_displacement
+    largest_displacement : float or None
         the largest on the way there (m); None under noise.
-    met
+    met : ShareInterval or None
         the share of devices that meet everything, with its interval; None without a spread.
-    verdict
+    verdict : dict
         each requirement, and whether the device of the scene meets it.
-    runner_up
+    runner_up : str or None
         the circuit that comes second; None if no other meets everything.
-    bound
+    bound : PowerBound or None
         the most that any device of this mass could absorb (W), and why; None if no bound applies.
-    candidates
+    candidates : tuple of DesignCandidate
         all that were looked at, in the order of the decision.
-    scene
+    scene : Scene
         the scene with the chosen parts.
-    seconds, steps
+    seconds, steps : float or int
         the cost of the computation.
-    physical
+    physical : bool
         whether its numbers are in SI units: they are.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         notes, each with a code, numbers and a sentence (``str``).
 
     Examples

@@ -35,18 +35,18 @@ class Extremes(TableResult):
 
     Attributes
     ----------
-    lifetime
+    lifetime : float
         how long the device is used (s, or 1/w0).
-    levels
+    levels : dict
         of each quantity (peak_displacement, peak_voltage, peak_impact_speed, and peak_strain if
         the scene has its piezo.strain_per_displacement) the level, a `Value`, that a share of
         devices stays below: ``levels["peak_voltage"][0.95]`` (m, V, m/s).
-    impact_rate
+    impact_rate : Value or None
         a `Value`: the mean number of impacts a unit of time; None without a stop and if impacts
         accumulate.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -122,15 +122,15 @@ def extremes(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    lifetime
+    lifetime : float or str
         in seconds (nondimensional scene: 1/w0), or a text such as "5 years".
-    seed
+    seed : int, default 0
         the same seed, the same noise.
-    counted
+    counted : bool, default False
         extrapolate from a path also if Rice's formula holds.
-    passages
+    passages : bool, default False
         by the rate of first passages of engine `Density`, without sampling: the displacement alone.
 
     Returns

@@ -51,23 +51,23 @@ class FrequencyResponse(TableResult):
 
     Attributes
     ----------
-    points
+    points : tuple of ResponsePoint
         a point for each frequency and direction, with ``frequency``, ``mean_power``,
         ``voltage_rms`` and ``displacement_rms``.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    remarks
+    remarks : tuple of Diagnostic
         warnings and notes next to those of the curve itself.
-    resolved
+    resolved : bool
         whether the peak and its half-power points are among the points; else the peak is the best
         of them.
-    engine
+    engine : str
         the name of the engine that computed it.
-    level
+    level : float or None
         the amplitude of the base's acceleration in g; None if absent.
-    varied
+    varied : mapping
         scene keys that this response has of its own, with their values in SI units.
-    failures
+    failures : tuple of Failure
         frequencies without a point, and why.
 
     Examples

@@ -106,16 +106,16 @@ def response(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene` with a harmonic drive, or the path of a scene file.
-    sweep
+    sweep : str or list of float
         frequencies in Hz (nondimensional scene: rad), or a text FROM:TO:COUNT such as "3Hz:9Hz:61".  With a text, a
         response in closed form has more points than that: its peak, its half-power points and some between.
-    seed
+    seed : int, default 0
         the same seed, the same noise.
-    tick
+    tick : callable, optional
         is called with the engine's name after each frequency.
-    engine
+    engine : Engine or str, optional
         an engine or its name, as of `responses`.
 
     Returns
@@ -155,18 +155,18 @@ def responses(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene` with a harmonic drive, or the path of a scene file.
-    sweep
+    sweep : str or list of float
         frequencies, as of `response`.
-    vary
+    vary : mapping or Points, optional
         keys and their values, as of `sweep`: {"load.resistance": "10k:1M:3"}.
-    engines
+    engines : list of Engine or str, optional
         engines or their names: "exact", "ensemble", "ideal", "compiled" and "spice"; by default "exact" for a linear
         scene, "spice" for a netlist, else "ensemble".  "spice" by its name has a budget for each point.
-    seed
+    seed : int, default 0
         the same seed, the same noise.
-    tick
+    tick : callable, optional
         is called with the engine's name after each frequency.
 
     Returns

@@ -19,7 +19,7 @@ class FrequencyResponses(TableResult):
 
     Attributes
     ----------
-    curves
+    curves : tuple of FrequencyResponse
         a `FrequencyResponse` each.
 
     Examples

@@ -39,9 +39,9 @@ class CircuitChoice(Optimum, kw_only=True):
 
     Attributes
     ----------
-    engine, keys, estimate, peaks, points, seconds, diagnostics, scanned
+    engine, keys, estimate, peaks, points, seconds, diagnostics, scanned : see Optimum
         those of the best circuit, as of `Optimum`.
-    optima
+    optima : dict
         the `Optimum` of each circuit by its name, or the error if it has none.
 
     Examples

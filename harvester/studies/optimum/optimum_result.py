@@ -70,23 +70,23 @@ class Optimum(TableResult, kw_only=True):
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    keys
+    keys : tuple of OptimalKey
         of each varied key its name ``key``, best ``value`` and interval ``low95`` to ``high95`` (SI
         units).
-    estimate
+    estimate : Estimate
         the engine's `Estimate` at the best place; for an engine that samples with noise that had no
         part in finding the place, for the highest power of many is too high.
-    peaks
+    peaks : tuple of PowerPeak
         all places of a largest power, the best first, each with its keys and power.
-    points
+    points : tuple of Evaluation
         all evaluations, in their order.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
-    scanned
+    scanned : bool
         False if the budget ended before the whole range was looked at: more power may lie anywhere
         in it.
 

@@ -34,21 +34,21 @@ class ParetoFront(TableResult):
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    quantity
+    quantity : str
         the name of the second quantity.
-    sign
+    sign : int
         -1 if it is to be low, 1 if high.
-    points
+    points : tuple of FrontPoint
         the designs, each with its ``keys``, ``mean_power`` and ``quantity``.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
-    alike
+    alike : tuple of FrontPoint
         designs that an engine that samples cannot distinguish from the front: they are beaten by
         less than the errors; in the table they are behind the front.
 

@@ -40,17 +40,17 @@ class RobustOptimum(Optimum, kw_only=True):
 
     Attributes
     ----------
-    engine, keys, estimate, peaks, points, seconds, diagnostics, scanned
+    engine, keys, estimate, peaks, points, seconds, diagnostics, scanned : see Optimum
         as of `Optimum`.
-    share
+    share : float or None
         the share of the devices that may have less power; None: the power is the mean.
-    limits
+    limits : tuple of Limit
         the constraints.
-    outcome
+    outcome : DesignOutcome
         the answers of the devices at the best design.
-    binds
+    binds : tuple of Limit
         the limits that keep the power from growing.
-    limited_peaks
+    limited_peaks : dict
         those of a long path of the best design itself, if the scene is not linear and no part
         scatters; each is a `Value`.
 

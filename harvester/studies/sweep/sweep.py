@@ -32,20 +32,20 @@ def sweep(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    vary
+    vary : mapping or Points or list of Axis
         scene keys, such as "load.resistance", and their values: numbers in SI units, texts with
         their unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line, such as
         "1k:10M:25", whose values each are the same multiple of the one before.
-    engines
+    engines : list of Engine or str, optional
         engines or their names; by default `Exact` for a linear scene, for a netlist `Spice` next to
         `Ideal`, else all that support it, `Density` under white noise only.  For a netlist `Ideal`,
         else `Compiled`, is computed in place of formulas.
-    execution
+    execution : Execution, optional
         who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and
         provenance.json; without a folder nothing is left on the disk.
-    common_noise
+    common_noise : bool, default False
         let all points have the same noise, so that differences between points have a smaller error;
         by default each point has independent noise.
 

@@ -25,17 +25,17 @@ class SweepTable(TableResult):
 
     Attributes
     ----------
-    axes
+    axes : tuple of Axis
         the varied keys with their values.
-    rows
+    rows : tuple of SweepRow
         a row for each point and engine: ``varied`` (keys in SI units), ``engine``, ``mean_power``,
         ``mean_square_voltage``, ``seconds``, ``error``, ``warnings``.
-    points
+    points : sequence of int
         the number of each row's point, in the order of the grid (the last key fastest) or of the
         list.
-    listed
+    listed : bool
         whether the points are not grid: each has the n-th value of every axis.
-    about
+    about : mapping
         the provenance: versions, scene, seed, machine.
 
     Examples

@@ -59,33 +59,33 @@ class ToleranceResult(TableResult):
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    samples
+    samples : ndarray
         the keys' values in SI units, shape (n, keys).
-    power, voltage
+    power, voltage : ndarray
         the engine's values there, shape (n,) (W, V).
-    off
+    off : float or None
         the relative error of each power at 95 %; None if it is not known.
-    quantiles, voltages
+    quantiles, voltages : dict
         the power, and the RMS voltage, that a share of devices is below.
-    limits, met, met_each
+    limits, met, met_each : tuple of Limit or ShareInterval or None or tuple of ShareInterval
         the limits, and the share of devices that meets all, and each alone, with its interval; None
         without a limit.
-    peaks_off
+    peaks_off : dict
         the relative error at 95 % of each limited peak, in the median.
-    sensitivity
+    sensitivity : dict
         of each key its share of the variance, ``first`` alone and ``total`` with others; empty if
         absent.
-    unexplained
+    unexplained : float
         the share of the variance that the polynomial does not explain.
-    failed
+    failed : int
         how many devices have no answer.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
