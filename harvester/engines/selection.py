@@ -225,7 +225,7 @@ CHECKED = 0.05  # relative error of a check by ngspice
 
 
 def default_engines(scene: AnyScene) -> list[str]:
-    """The engines at every point of a sweep: the default, next to what costs little.
+    """The engines at every point of a sweep: the default, next to those that cost little.
 
     With a resistor these are formulas; for a linear scene `Exact` is alone.  No formula knows the
     circuit power: next to `Spice` is the circuit of ideal diodes and switches, `Ideal`, if

@@ -21,7 +21,7 @@ BAD = {
     ),
     "sources in a loop": (
         GOOD + "V1 a m 1\nE1 m b a b 2\nB1 a b V=3",
-        "element b1 must not close a loop of sources",
+        "element b1 must not close a loop of voltage sources",
     ),
     "across the piezo": (
         GOOD + "V1 p m 1\nV2 m n 2",

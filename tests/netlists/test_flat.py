@@ -250,7 +250,7 @@ def test_a_flat_netlist_without_terminals_says_what_is_missing(tmp_path):
     with pytest.raises(InputError, match=r"flat one whose two piezo nets load\.terminals names"):
         load_circuit(Load(netlist=str(path)))
     with pytest.raises(
-        InputError, match=r"of a flat netlist, such as KiCad's, load\.terminals in a scene names"
+        InputError, match=r"in a flat netlist, such as KiCad's, load\.terminals in a scene names"
     ):
         load_circuit(Load(netlist=str(EXAMPLES / "board.cir")))  # which includes subcircuits
 

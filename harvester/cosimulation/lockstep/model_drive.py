@@ -13,7 +13,7 @@ from harvester.cosimulation.lockstep.state import AFTER, BEYOND, STATE
 class ModelDrive:
     """One run of n steps of h seconds, with a reading every ``stride`` of them.
 
-    ``volts`` makes the source's voltage of the model's output, ``coupling`` the reaction of
+    ``volts`` makes the source's voltage from the model's output, ``coupling`` the reaction of
     voltage or current; ``coil`` states which.  ``free``: ngspice may use smaller steps of its own.
     ``start`` is the model's state as an array, ``coefficients`` the model's own.
     """

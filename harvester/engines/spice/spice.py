@@ -214,7 +214,7 @@ class Spice(MonteCarloOptions, Engine):
         begin: float,
         progress: Progress | None,
     ) -> Estimate:
-        """The answer of sampled runs, or what is known if their time is over; it was begun at ``begin``."""
+        """The answer of sampled runs, or the known part if their time is over; it was begun at ``begin``."""
         from harvester.mechanics.kernels.compiled import machine_code
 
         searched = time.perf_counter() - begin

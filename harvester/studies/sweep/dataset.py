@@ -31,7 +31,7 @@ PURE = ("_dof", "_unknown")
 
 
 class TableShape(Protocol):
-    """What a dataset reads of a `harvester.SweepTable`, which stands above it."""
+    """The part of a `harvester.SweepTable` that a dataset reads; the table is above it."""
 
     @property
     def axes(self) -> Sequence[Axis]:

@@ -38,12 +38,12 @@ def sweep(
         scene keys, such as "load.resistance", and their values: numbers in SI units, texts with
         their unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line, such as
         "1k:10M:25", whose values each are the same multiple of the one before.
-    engines
+    engines : list of Engine or str, or str, optional
         engines or their names; "all" for those that support the scene.  By default `Exact` for a
         linear scene, for a netlist `Spice` next to `Ideal`, else `Ensemble` next to the formulas,
         which `Density`, or `Spice` to 5 %, checks at a third of the points, at most three.  For a
         netlist `Ideal`, else `Compiled`, is computed in place of formulas.
-    execution
+    execution : Execution, optional
         who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and
         provenance.json; without a folder nothing is left on the disk.
     common_noise : bool, default False
@@ -92,7 +92,7 @@ def sweep(
 
 
 class Chosen(NamedTuple):
-    """The engines of a sweep, the formulas that each stands for, and which one checks the others at few points."""
+    """The engines of a sweep, the formulas that each replaces, and which one checks the others at few points."""
 
     engines: Sequence[Named]
     stand_ins: dict[str, list[str]]
@@ -100,7 +100,7 @@ class Chosen(NamedTuple):
 
 
 def chosen(problem: Problem, which: Sequence[Named] | None) -> Chosen:
-    """The engines that are asked for, all that serve for `ALL`, or those of a sweep where none are."""
+    """The engines that are asked for, all that support the scene for `ALL`, or those of a sweep if none are."""
     if which:
         everybody = which == ALL or list(which) == [ALL]
         return Chosen(*for_circuit(problem, serving(problem) if everybody else which), None)

@@ -174,5 +174,5 @@ def test_a_state_that_is_none(tmp_path, old, new):
         (row,) = journal.earlier(now)
         assert old in row.content
         journal.begin(now, [dataclasses.replace(row, content=row.content.replace(old, new))])
-    with pytest.raises(InputError, match="none of this version: remove it"):
+    with pytest.raises(InputError, match="of another version: remove it"):
         resumed(bridge, "44Hz:50Hz:3", tmp_path, ["spice"])
