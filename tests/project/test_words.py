@@ -19,9 +19,9 @@ BOUNDS = {
     "where": (19, 12, 0),  # "if" for a condition; "where" for a place stays
     "beside": (0, 0, 0),
     "is no": (0, 6, 0),
-    "light verbs": (7, 16, 0),
+    "light verbs": (7, 15, 0),
     "of-chains": (14, 10, 4),
-    "numbers": (0, 4, 0),
+    "numbers": (0, 3, 0),
 }
 
 
