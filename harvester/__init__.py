@@ -5,8 +5,8 @@
     print(hv.Averaged().run(scene))
     print(hv.Ensemble(within="1%").run(scene))
 
-The public names are in ``__init__.pyi``, once each; what a name needs is loaded when the name is
-first used.
+The public names are in ``__init__.pyi``, once each; the modules of a name are loaded when the name
+is first used.
 """
 
 # nothing else before the lines below: a stranger's typing.py in the current folder would be taken

@@ -17,6 +17,8 @@ Answer = TypeVar("Answer")
 class HarvesterError(Exception):
     """Base of all errors that this package raises on purpose.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> issubclass(hv.InputError, hv.HarvesterError), hv.HarvesterError.exit_status
     (True, 3)
@@ -30,6 +32,8 @@ class InputError(HarvesterError, ValueError):
 
     It is a ValueError as well, so that code which knows nothing of this package catches it.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.Piezo(coupling="1e-3 N/V", capacitance="50 kg")
     Traceback (most recent call last):
@@ -42,6 +46,8 @@ class InputError(HarvesterError, ValueError):
 class UnknownArgumentError(InputError, TypeError):
     """A function was called with a keyword that it does not accept; it is a TypeError, as Python's own answer would be.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.sweep("scene.toml", vari={"load.resistance": [1e3]})
     Traceback (most recent call last):
@@ -52,6 +58,8 @@ class UnknownArgumentError(InputError, TypeError):
 class MissingProgramError(InputError):
     """Something that the request needs is not installed (ngspice).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.MissingProgramError.exit_status
     2
@@ -64,6 +72,8 @@ class CannotServeError(InputError):
     Its argument is the refusal: a code with numbers (``error.args[0].code``), whose sentence the
     message is.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> table = hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0)
     >>> hv.Averaged().run(hv.Scene(nondimensional=table))
@@ -75,6 +85,8 @@ class CannotServeError(InputError):
 class SimulationError(HarvesterError):
     """The computation was well posed as a request, but did not end in an answer.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> hv.Averaged().run(hv.Scene(nondimensional=hv.Nondimensional(c1=0.1, beta=0.05, mu=1.0, D11=0.01)))
     Traceback (most recent call last):
@@ -89,6 +101,8 @@ class UnboundedResponseError(SimulationError):
 class InfiniteMeanError(UnboundedResponseError):
     """The response settles, but large motions are so likely that its mean square and mean power do not exist.
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, mu=0.5, D11=0.01, D22=0.1))
     >>> hv.Averaged().run(scene)
@@ -119,7 +133,7 @@ NO_THREAD = ("can't start new thread",)  # what Python's RuntimeError says then
 
 
 def named(error: Exception) -> HarvesterError:
-    """The named error for an unforeseen one: of memory, of the system, or a defect of this package."""
+    """The named error for an unforeseen one: a lack of memory, a fault of the system, or a defect of this package."""
     if isinstance(error, HarvesterError):
         return error
     if isinstance(error, MemoryError) or _is_lost_memory_error(error):

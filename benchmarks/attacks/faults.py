@@ -1,4 +1,4 @@
-"""Faults of the machine in every command: what it says, what it leaves behind, and whether a sweep goes on from there.
+"""Faults of the machine in every command: its words, its remains, and whether a sweep continues from there.
 
 Each trial starts a program in a session and a folder of its own.  What a signal kills without
 warning, or a library aborts in too little memory, is counted apart: no program can promise anything

@@ -23,8 +23,8 @@ class SteadyResponse(Result):
     """A response to a steady drive: its mean power in the answer's unit, and the share of starts that come to it.
 
     It comes back after so many ``periods`` of the drive, or after none (None): then it is
-    ``chaotic``, or quasi-periodic.  The mean is that of ``engine``; ``note`` states what another
-    engine finds there.
+    ``chaotic``, or quasi-periodic.  The mean is that of ``engine``; ``note`` states the result of
+    another engine there.
     """
 
     SHORT = ("mean_power", "periods", "share_of_starts")
@@ -69,35 +69,35 @@ class Estimate(Result):
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    mean_power
+    mean_power : Value
         a `Value`: the mean load power over time (W; nondimensional scene: without a
         unit).
-    mean_square_voltage
+    mean_square_voltage : Value
         a `Value`: the mean over time of the square of the piezo's voltage (V^2).
-    nondimensional
+    nondimensional : dict
         the same two numbers without units, and the scene's beta and mu.
-    effects
+    effects : tuple of str
         names of the effects that the scene calls for, and that were computed.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    steps
+    steps : int
         trajectory-steps of an engine that samples, or steps that ngspice accepted.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
-    details
+    details : dict
         further numbers of the computation by name, such as its step, burn-in and number of
         trajectories.
-    probes
+    probes : dict
         other quantities of the circuit that were asked for, by name: mean, rms, least and largest.
-    responses
+    responses : tuple of SteadyResponse
         to the same steady drive, from other starts, found by a search for several responses.
-    events
+    events : Events or None
         the shocks or steps, if the excitation is made of such; else None.
-    bound
+    bound : PowerBound or None
         the upper bound for any device of this mass (W), and its reason; None if no
         bound applies.
 

@@ -49,8 +49,8 @@ def settle_from(
 ) -> None:
     """Burn in trajectories of a compiled circuit from those of its ``ideal`` elements, which have burnt in.
 
-    What the two circuits differ by is forgotten in `SETTLING` time constants of the response or of
-    the store.
+    The difference of the two circuits is forgotten in `SETTLING` time constants of the response or
+    of the store.
 
     Raises SimulationError if that would not end within ``budget`` seconds of ``begin``
     (`time.perf_counter`).

@@ -144,7 +144,7 @@ def trace_circuit(
 
     ``start`` has x and x', of several modes y and y' of all, shape (2 n,). ``circuit`` is that at
     steps of h; ``noise``, ``h``, ``stride`` and ``shaking`` as of
-    `harvester.mechanics.trace.trace`. ``kicked`` says that the start is where another path ended,
+    `harvester.mechanics.trace.trace`. ``kicked`` states that the start is the end of another path,
     after a kick; ``keep`` asks for the circuit's states.
 
     Raises InputError for a start behind a stop, and random shaking without ``shaking``.

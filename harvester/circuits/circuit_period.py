@@ -1,7 +1,7 @@
 """The periodic response of modes and a compiled circuit to a steady drive: from period to period.
 
-The map of a period takes y, y', the charges and the voltages that functions read just after a kick
-to those a period later; `harvester.mechanics.periodic` goes to where it comes back.
+The map of a period maps y, y', the charges and the voltages that functions read just after a kick
+to those a period later; `harvester.mechanics.periodic` finds its fixed point.
 """
 
 import math
@@ -34,7 +34,7 @@ MEASURED = 4  # times that the response is gone through: switches may act a litt
 
 @dataclass(frozen=True)
 class CircuitStart:
-    """Where a response that comes back after ``turns`` periods of the drive begins, or the way to a neighbouring one.
+    """The start of a response that repeats after ``turns`` periods of the drive, or the way to a neighbour.
 
     ``coordinates``, y and y' of all modes, and the circuit's ``state`` are those just after the
     kick at which the drive begins.
@@ -146,7 +146,7 @@ class _Way:
         return np.array([path.square[-1] / self.circuit.resistance / seconds, square, moved])
 
     def settling(self, turns: int) -> Settling:
-        """The way to where the map of so many periods comes back; every capacitor and coil counts, Csmooth last."""
+        """The way to the fixed point of the map of so many periods; every capacitor and coil counts, Csmooth last."""
         s = self.circuit.scales
         order = list(range(self.charges))
         farads = self.circuit.load.smoothing or 0.0

@@ -1,7 +1,7 @@
 """A load's netlist as a compiled circuit on a device, and its motion together with the mass.
 
-Long because it is all that others see of a circuit: its sizes, its states, its paths, and what
-kernels take of it.
+Long because it is all that others see of a circuit: its sizes, its states, its paths, and the
+arguments of kernels.
 """
 
 import dataclasses
@@ -54,8 +54,8 @@ LEAST = 1e-2  # of theta l/Cp: the least size of a charge
 def system_of(parts: dict[str, CircuitPart], capacitance: float) -> System:
     """The equations of a load circuit's elements next to a piezo of a capacitance (F).
 
-    Raises UnservedError for what compiled circuits do not have; InputError for values that cannot
-    be.
+    Raises UnservedError for a construct that compiled circuits lack; InputError for values that
+    cannot be.
     """
     system = System(capacitance)
     across = system.across("p", "0")
@@ -76,7 +76,7 @@ class CompiledCircuit:
     ``elements`` are those that represent the load's, such as a part of them; ``tolerance`` is that
     of a step.
 
-    Raises UnservedError for what compiled circuits do not have, and InputError for a circuit
+    Raises UnservedError for a construct that compiled circuits lack, and InputError for a circuit
     without a solution.
     """
 
@@ -141,7 +141,7 @@ class CompiledCircuit:
 
     @property
     def sizes(self) -> tuple[int, int, int, int]:
-        """Of the parts of a state: charges, unknowns that functions read, switches, and linear charges."""
+        """The sizes of the parts of a state: charges, unknowns that functions read, switches, and linear charges."""
         charges = len(self.system.charges)
         return (
             charges + len(self.system.diodes),
@@ -152,12 +152,12 @@ class CompiledCircuit:
 
     @property
     def switches_at(self) -> int:
-        """Where the switches stand in a state."""
+        """The places of the switches in a state."""
         return sum(self.sizes[:2])
 
     @property
     def voltages_at(self) -> int:
-        """Where the voltages of piezo, store and load stand in a state."""
+        """The places of the voltages of piezo, store and load in a state."""
         return sum(self.sizes) + 1
 
     @property
@@ -182,7 +182,7 @@ class CompiledCircuit:
         return max(len(self.rest), self.solver.work)
 
     def __reduce__(self):
-        """Another process compiles, or reads from the cache, what it needs: addresses are of this one only."""
+        """Another process compiles, or reads from the cache, the code that it needs: addresses are of this one only."""
         return compiled_circuit, (self.load, self.scales, self.tolerance)
 
     def trace(
@@ -243,7 +243,7 @@ class CompiledCircuit:
     def with_own_steps(
         self, path: CircuitPath, given: tuple[Any, ...], kicked: bool = False
     ) -> CircuitPath:
-        """The path that `trace` made of what is ``given``, with the log of the circuit's own steps."""
+        """The path that `trace` made of the arguments ``given``, with the log of the circuit's own steps."""
         eqs, noise, h, stride, start, state, shaking = given
         circuit = self.for_kernels(h)
         rows = path.steps + 1
@@ -311,7 +311,7 @@ class CompiledCircuit:
         return self.reduction.unknowns(states[:, :ns], states[:, ns : ns + n], still)
 
     def charge_at(self, name: str) -> int:
-        """Where the charge of a capacitor stands in a state."""
+        """The place of a capacitor's charge in a state."""
         return [charge_name for charge_name, *_ in self.system.charges].index(name)
 
     def begin(self, state: Floats) -> None:

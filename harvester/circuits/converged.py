@@ -1,4 +1,4 @@
-"""A step that does not converge is no answer: if too many fail, the answer is refused, and the element is named."""
+"""A step that does not converge is not an answer: if too many fail, the answer is refused, and the element is named."""
 
 import numpy as np
 
@@ -13,9 +13,9 @@ MOST = 1e-3  # of the steps, that may fail
 def check_converged(system: System, steps: float, failed: float, returned: Floats) -> None:
     """Raise CircuitError if more than `MOST` of so many steps ``failed``.
 
-    ``returned`` is what the solver returned if steps failed last
+    ``returned`` is the number that the solver returned if steps failed last
     (`harvester.circuits.newton_parts.SIGNATURE`), of any shape; 0 if none did.  The elements that
-    it tells are named, and all that have a function if it tells none.
+    it reports are named, or all that have a function if it reports none.
     """
     if not failed > MOST * steps:
         return

@@ -3,7 +3,7 @@
     z = f(a, b)   =>   dz/dw = df/da da/dw + df/db db/dw      for each input w that a or b depends on
 
 A constant becomes an argument, so that the lines depend on the expression's form only; a sub-tree
-that occurs twice is computed once; for c ? a : b only the branch taken is computed.
+that occurs twice is computed once; for c ? a : b only one branch is computed.
 """
 
 from dataclasses import dataclass, field

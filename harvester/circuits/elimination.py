@@ -2,8 +2,8 @@
 
 The pivots are chosen once, for samples of the matrix as Newton's iterations meet it: where
 derivatives are zero, and where they are large.  Among pivots that are safe in all samples that with
-the fewest products goes first (Markowitz). The lines test their pivots; if one fails,
-elimination with pivots of the matrix at hand takes over.
+the fewest products is first (Markowitz). The lines test their pivots; if one fails,
+elimination with pivots of the matrix at hand follows.
 
 Source: Duff, Erisman, Reid, Direct Methods for Sparse Matrices, 2nd ed. 2017, chapter 7.
 """
@@ -51,7 +51,7 @@ def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
 def lines_of(
     order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequence[str]]
 ) -> list[str]:
-    """The lines that solve a z = b from variables a{row}_{column} and b{row} for z{column}; ``safe`` tells if they did.
+    """The lines that solve a z = b from variables a{row}_{column} and b{row} for z{column}; ``safe``: whether they did.
 
     Each variable but ``safe`` is assigned once, which is far less work for the compiler.  ``limits`` are the arguments'
     texts of the largest factors, by the equations that are subtracted from and that are subtracted, shape (n, n).

@@ -1,10 +1,10 @@
-"""Groups of nodes that float: what they get as a whole is the sum of their equations, taken before numbers are rounded.
+"""Groups of nodes that float: their total current is the sum of their equations, computed before numbers are rounded.
 
 The rails of a bridge are such a group.  The equations of its nodes have a store's C/tau, which is
-up to 1e16 times what leaks through blocked diodes, so that rounding hides where the rails are.  In
+up to 1e16 times the leakage of blocked diodes, so that rounding hides the rails' voltages.  In
 the sum all that connects nodes of the group cancels; it replaces one of their equations.
-Groups are nested: what the store connects, what series resistances of devices do as well, what all
-capacitors do, and what all linear elements do.
+Groups are nested: those that the store connects, those of series resistances of devices as well, of
+all capacitors, and of all linear elements.
 """
 
 import itertools
@@ -14,7 +14,7 @@ from harvester.circuits.system import Row, System
 
 
 class SummedEquations:
-    """The equations of a system, in which ``sums`` stand in place of those of some nodes: the nodes of each."""
+    """The equations of a system, in which ``sums`` replace those of some nodes: the nodes of each."""
 
     def __init__(self, system: System) -> None:
         seen = set[int]().union(*(row for row, _ in system.inputs))
@@ -32,7 +32,7 @@ class SummedEquations:
         self.sums = {k: group for k, group in sums.items() if len(group) > 1}
 
     def of(self, column: Row) -> Row:
-        """What enters the equations where a ``column`` enters those of nodes."""
+        """The entry in the equations for a ``column`` in those of nodes."""
         entering = dict(column)
         for first, group in self.sums.items():
             entering[first] = sum(value for k, value in column.items() if k in group)

@@ -3,8 +3,8 @@
 Engine `ideal` simulates them, and engine `spice` uses them as the control variate of ngspice.
 
 Left out of the netlists' elements are the diodes' series resistance, junction capacitance, recovery
-and breakdown, and the time of a switching (`switching_time`).  For what SSHI and SECE take of the
-plate of `benchmarks/steady.py`, all that is 0.3 to 0.7 %.
+and breakdown, and the time of a switching (`switching_time`).  For the energy that SSHI and SECE
+draw from the plate of `benchmarks/steady.py`, all that is 0.3 to 0.7 %.
 """
 
 import math

@@ -3,7 +3,7 @@
 A diode's current, with n = N k T/e (ngspice's dioload.c):
 
     v >= -3 n         Is (exp(v/n) - 1)
-    down to -B        -Is (1 - (3 n/(v e))^3)                 what leaks backwards
+    down to -B        -Is (1 - (3 n/(v e))^3)                 the reverse leakage
     below -B          -Is exp(-(v + B)/nb)                    breakdown; B such that v = -Bv carries Ibv
 
 and its charge, with that of the junction below Fc Vj and straight on above:

@@ -109,7 +109,7 @@ class Solver:
         self.text = self._text(len(system.switches), len(system.diodes), solution)
 
     def _write_inputs(self, writer: Writer, impedance: float) -> None:
-        """Add the lines that go on from a solution to the inputs: those of junctions are limited."""
+        """Add the lines that continue from a solution to the inputs: those of junctions are limited."""
         for k, (row, junction) in enumerate(self.reduction.system.inputs):
             self._before.append(f"w{k} = {self._at(row, 'y[{}]')}")
             self._after += [f"u{k} = w{k}", f"v{k} = {self._at(row, 'b[{}]')}"]
@@ -255,7 +255,7 @@ class Solver:
 
 
 def _knee(thermal: float, saturation: float, impedance: float) -> float:
-    """The voltage of a junction whose resistance is the impedance of what it is connected to."""
+    """The voltage of a junction whose resistance is the impedance of its surroundings."""
     return (
         max(thermal * math.log(thermal / (impedance * saturation)), 0.0)
         if saturation > 0.0

@@ -1,4 +1,4 @@
-"""What the generated solver of a stage calls: the limit of a junction's step, and the solution of linear equations."""
+"""The functions of a stage's solver: the limit of a junction's step, and the solution of linear equations."""
 
 import math
 
@@ -45,7 +45,7 @@ def power_slope(a, b):
 
 @inlined
 def table_segment(x, p, first, points):
-    """Which segment of a table x0, y0, x1, y1, ... that begins at p[first] x is in; the first and last go on."""
+    """Which segment of a table x0, y0, x1, y1, ... that begins at p[first] x is in; the first and last continue."""
     low = 0
     high = points - 2
     while low < high:

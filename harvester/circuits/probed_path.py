@@ -1,11 +1,11 @@
-"""Quantities of a compiled circuit that a user names, along a path, and the powers that its elements take.
+"""Quantities of a compiled circuit that a user names, along a path, and the powers that its elements dissipate.
 
 For the equations P z' + G y + A (i(w) + q(w)') = s + b u an element k has its own part, and it
 takes
 
     sum over the nodes of y (G_k y + A_k i_k(w) - s_k)
 
-next to what its charges take, which is nothing on average.
+without that of its charges, which is zero on average.
 """
 
 from functools import partial
@@ -52,8 +52,8 @@ def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...
         if part.kind == "r":
             return (voltage(part.nodes[0]) - voltage(part.nodes[1])) / value_of(part)
         raise InputError(
-            f"`probe` must go with engine 'spice' for the current or power of {part.name}: engine 'compiled' tells "
-            "those of resistors, coils and sources of voltage, and all voltages"
+            f"`probe` must be used with engine 'spice' for the current or power of {part.name}: engine 'compiled' has "
+            "those of resistors, coils and voltage sources, and all voltages"
         )
 
     for probe in probes:
@@ -86,7 +86,7 @@ def mean_powers(circuit: CompiledCircuit, path: CircuitPath) -> dict[str, float]
 
 
 def powers_of_elements(circuit: CompiledCircuit, states: Floats) -> dict[str, Floats]:
-    """The powers (W) that elements take in states of the circuit, shape (n,) each; those of charges alone are left out.
+    """The powers (W) of elements in states of the circuit, shape (n,) each; those of charges alone are left out.
 
     ``states`` have the shape (n, length of a state).
     """

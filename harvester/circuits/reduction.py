@@ -11,7 +11,7 @@ complement):
     Y y + A (i(w) + q(w)/tau) = R (z, q, u, 1)         and then      (z1, V, ...) = O (y, z, u, 1)
 
 These are admittances: ports of a bridge float, so that impedances would be infinite.  Which pivots
-are taken depends on the topology, and on values only if one of them is zero.
+are used depends on the topology, and on values only if one of them is zero.
 """
 
 import itertools
@@ -75,7 +75,7 @@ class Reduction:
         self.gone_columns = [k for k in range(n) if k not in self.columns]
 
     def _entering(self, columns: Sequence[Row]) -> Floats:
-        """Columns of what enters the equations of nodes, shape (equations, columns)."""
+        """Columns of the terms of the equations of nodes, shape (equations, columns)."""
         return self.system.vectors([self.equations.of(column) for column in columns]).T
 
     def matrix(self, tau: float) -> Floats:
@@ -126,7 +126,7 @@ class Reduction:
         return Stage(admittances, right, np.hstack([read_out @ F, read_out @ H]))
 
     def _eliminated(self, tau: float) -> tuple[Floats, Floats, Floats, Floats]:
-        """The matrix, the columns of what is known, and the eliminated unknowns by those kept and by what is known.
+        """The matrix, the columns of the known terms, and the eliminated unknowns by those kept and by the known terms.
 
         Raises InputError if there is no solution.
         """
@@ -154,7 +154,7 @@ class Reduction:
         return matrix, known, solved[:, : len(S)], solved[:, len(S) :]
 
     def unknowns(self, charges: Floats, kept: Floats, tau: float) -> Floats:
-        """All unknowns of states, one a row: of their charges, and those kept; in ``tau`` nothing changes."""
+        """All unknowns of states, one a row: those of their charges, and those kept; in ``tau`` nothing changes."""
         _, _, by_S, by_known = self._eliminated(tau)
         unknowns = np.zeros((len(charges), self.system.size))
         unknowns[:, self.columns] = kept

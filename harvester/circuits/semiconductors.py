@@ -1,4 +1,4 @@
-"""What the equations need of a semiconductor or a switch: its model card, if it is one that they know, and its area."""
+"""The data of a semiconductor or a switch in the equations: its model card, if it is a known one, and its area."""
 
 from collections.abc import Set
 
@@ -143,7 +143,7 @@ _NOT_NEGATIVE = frozenset(
 
 
 def model_of(part: CircuitPart, kinds: tuple[str, ...], known: Set[str]) -> ModelCard:
-    """The model of an element: of one of the ``kinds``, with parameters that are ``known``.
+    """The model of an element, one of the ``kinds``, with parameters that are ``known``.
 
     Raises UnservedError for another, InputError for numbers that no such model has.
     """

@@ -60,7 +60,7 @@ def check_parts(parts: Iterable[CircuitPart]) -> None:
                 paths.join(part.nodes[0], other)
         if sets_voltage(part) and not sources.join(*part.nodes[:2]):
             raise InputError(
-                f"{part.where} must not close a loop of sources of voltage, but does: put a resistor in series"
+                f"{part.where} must not close a loop of voltage sources, but does: put a resistor in series"
             )
         if sources.of("p") == sources.of("0"):
             raise InputError(

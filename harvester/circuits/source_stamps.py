@@ -1,4 +1,4 @@
-"""What sources add to the equations of their circuit: constant ones, controlled ones, and functions."""
+"""The terms of sources in the equations of their circuit: constant ones, controlled ones, and functions."""
 
 from collections.abc import Mapping
 
@@ -42,7 +42,7 @@ def controlled_current(part: CircuitPart, system: System, parts: Mapping[str, Ci
 
 
 def _control(part: CircuitPart, system: System) -> tuple[Row, float]:
-    """The row of what controls an E, F, G or H source, and its gain."""
+    """The row of the control of an E, F, G or H source, and its gain."""
     gain = part.number or 0.0
     if part.kind in "fh":
         return current_of(part.others[0], system), gain

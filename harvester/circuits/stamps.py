@@ -1,4 +1,4 @@
-"""What each element of a netlist adds to the equations of its circuit, by the letter of its kind.
+"""The terms of each element of a netlist in the equations of its circuit, by the letter of its kind.
 
 An element, a model's parameter or a form of an element that is not among them raises
 `UnservedError`, which names it.

@@ -5,7 +5,7 @@ SDIRK2, L-stable):
 
     stage 1    from z0 to z1          stage 2    from z0 + (1 - g)/g (z1 - z0) to z2, the end
 
-With it the stages tell the difference of a first order, z2 - z0 - (z1 - z0)/g.  A step that changes
+With it the stages give the difference of a first order, z2 - z0 - (z1 - z0)/g.  A step that changes
 a charge by too much of its size, closes or opens a switch, or does not converge is made again in
 parts: the steps are h/2^k.  The current of the piezo carries exactly the charge theta (x1 - x0) of
 each step, so that an impact within one is averaged; it is one of h/64 at most, as a rectifier sees
@@ -52,7 +52,7 @@ FOLLOW = types.int64(_RECORD, POINTER, POINTER, *5 * [types.float64], types.int6
 
 
 class KernelCircuit(NamedTuple):
-    """A compiled circuit on a device, as kernels take it.
+    """A compiled circuit on a device, as an argument of kernels.
 
     Its ``record``, the ``address`` of `follow`, the ``length`` of a row of the workspace, the index
     ``voltages_at`` of the voltages in a state, the ``volts`` of a nondimensional 1, and the load's
@@ -69,7 +69,7 @@ class KernelCircuit(NamedTuple):
 
 @inlined
 def position_at(t, x, x1, wall, first, h):
-    """Where the mass is at a time t of a drift of length h from x to x1, which meets a stop at the time ``first``."""
+    """The place of the mass at time t of a drift of length h from x to x1, which meets a stop at time ``first``."""
     if t < first:
         return x + (wall - x) * (t / first)
     return wall + (x1 - wall) * ((t - first) / (h - first)) if h > first else x1
@@ -118,7 +118,7 @@ def stage(c, level, s, u, y, switches, after, voltages, r, work):
 
 @inlined
 def switched(thresholds, voltages, switches):
-    """Whether a switch would change by the quantities told."""
+    """Whether a switch would change by the given quantities."""
     changes = False
     for k in range(len(switches)):
         control = voltages[N_VOLTAGES + k]
@@ -155,8 +155,8 @@ def error_of(c, volts, s, first, second, sizes):
 def step(c, level, s, u, y, switches, sizes, room, volts, thresholds):
     """Try a step of two stages from the charges s: its error, and the load's voltage after the first stage.
 
-    The charges at its end are in the second row of ``room``, what is reported in the fourth.  The
-    third number is below 0 if a stage does not converge: what the solver returned.
+    The charges at its end are in the second row of ``room``, the reported quantities in the fourth.
+    The third number is below 0 if a stage does not converge: the solver's return value.
     """
     middle = room[0]
     end = room[1]
@@ -209,10 +209,10 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
     """Advance a circuit by a drift: all of a step h, or the first half of one if ``whole`` is 0.
 
     A state is its charges, the unknowns that functions read, the switches, the sizes of the linear
-    charges (V) with the level, what is reported (the voltages of piezo, store and load, and the
-    switches' controls), what this drift did: the integral of the load's squared voltage (V^2 s),
-    the steps, and those of them that failed; and what the solver returned for the last one that
-    failed, of any drift.
+    charges (V) with the level, the reported quantities (the voltages of piezo, store and load, and
+    the switches' controls), the results of this drift: the integral of the load's squared voltage
+    (V^2 s), the steps, and those of them that failed; and the solver's return value for the last
+    one that failed, of any drift.
     """
     c = carray(circuit_at, 1)[0]
     ns = c.ns

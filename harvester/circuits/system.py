@@ -4,7 +4,7 @@
 
 y are the voltages of the nodes, and the currents of the elements that need one (voltage sources,
 coils); z the charges of capacitors and the fluxes of coils; i the currents of diodes, switches and
-B sources and q the charges of junctions, which depend on the voltages and currents w; s what
+B sources and q the charges of junctions, which depend on the voltages and currents w; s the values that
 sources of constant value give.  u = theta x' is the current of the piezo, which is next to its
 capacitance Cp between the node ``p`` and ground.
 
@@ -25,7 +25,7 @@ Row = dict[int, float]  # coefficients by the number of the unknown, or of the e
 
 @dataclass(frozen=True)
 class Junction:
-    """How an input's voltage is limited in Newton's iterations: where a diode's current grows, and breaks down.
+    """How an input's voltage is limited in Newton's iterations: at a diode's growing current, and its breakdown.
 
     The current is ``saturation`` exp(v/thermal), and beyond ``breakdown`` (V, infinite without)
     that with ``reverse``.
@@ -39,7 +39,7 @@ class Junction:
 
 @dataclass(frozen=True)
 class Function:
-    """A current, or the voltage of a source, that depends on the inputs by a ``tree``, and where it enters."""
+    """A current, or the voltage of a source, that depends on the inputs by a ``tree``, and its place."""
 
     tree: Node
     rows: Row
@@ -47,7 +47,7 @@ class Function:
 
 @dataclass(frozen=True)
 class Diode:
-    """A diode's junction: its ``input`` and the ``arguments`` of `junctions.diode`, and where it enters."""
+    """A diode's junction: its ``input`` and the ``arguments`` of `junctions.diode`, and its place in the equations."""
 
     input: int
     arguments: tuple[float, ...]
@@ -112,7 +112,7 @@ class System:
         self.conductances.append((rows, columns, value))
 
     def add_leak(self, row: Row, value: float = GMIN) -> None:
-        """Add a conductance (S) beside a junction, which connects no nodes that the junction leaves apart."""
+        """Add a conductance (S) across a junction, which connects no nodes that the junction leaves apart."""
         self.conductances.append((row, row, value))
         self.leaks.append(row)
 

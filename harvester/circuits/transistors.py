@@ -1,4 +1,4 @@
-"""What junctions and transistors add to the equations of their circuit: ngspice's models of level 1.
+"""The terms of junctions and transistors in the equations of their circuit: ngspice's models of level 1.
 
 With F(v, n) = exp(v/n) - 1 above -3 n, and -1 below, n = N k T/e, and voltages of a p type counted
 the other way:
@@ -110,7 +110,7 @@ def _tree(text: str, names: Mapping[str, float | Node]) -> Node:
 
 @dataclass(frozen=True)
 class Layer:
-    """What a junction stores: Cjo (F), Vj (V), M, Fc, and the transit time Tt (s) of its current."""
+    """The stored charge of a junction: Cjo (F), Vj (V), M, Fc, and the transit time Tt (s) of its current."""
 
     capacitance: float = 0.0
     built_in: float = 1.0
@@ -132,7 +132,7 @@ def behind(system: System, node: str, inner: str, resistance: float) -> str:
 def add_junction(
     system: System, row: Row, limits: Junction, layer: Layer, shunt: float = GMIN
 ) -> Node:
-    """Add a junction across a ``row`` of voltages, with a ``shunt`` (S) beside it; the leaf of its voltage."""
+    """Add a junction across a ``row`` of voltages, with a parallel ``shunt`` (S); the leaf of its voltage."""
     if not row:
         return constant(0.0)
     system.add_leak(row, shunt)
@@ -208,7 +208,7 @@ def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
 
 
 def _layer(model: ModelCard, side: _Side, area: float, transit: float) -> Layer:
-    """What a junction of a bipolar transistor stores."""
+    """The stored charge of a junction of a bipolar transistor."""
     known, letter = model.value, side.letter
     shape = (
         known(f"vj{letter}", f"p{letter}", default=0.75),
@@ -318,7 +318,7 @@ def _add_channel(
     names: dict[str, float | Node],
     raised: str,
 ) -> None:
-    """Add the current of a channel from drain to source; ``raised`` is the text of what a body at a voltage vb adds."""
+    """Add the current of a channel from drain to source; ``raised`` is the text for a body at a voltage vb."""
     d, g, s = nodes
     row = _across(system, d, s, p_type)
     if not row:

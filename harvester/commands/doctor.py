@@ -96,7 +96,7 @@ def examine_netlist(file: str) -> Iterator[str]:
     served = 0
     for name, why in unserved_parts(parts):
         served += not why
-        yield f"{'served ' if not why else 'NOT    '}  {name}{f'  {why}' if why else ''}"
+        yield f"{'works  ' if not why else 'NOT    '}  {name}{f'  {why}' if why else ''}"
     check_parts(parts.values())
     check_size(parts.values())
     yield f"engine 'compiled' supports {served} of {len(parts)} elements; engine 'spice' supports all"
@@ -135,4 +135,4 @@ def _trial(version: str, why: str) -> Requirement:
         known = f"version {version} passes its trial, and gave the answers of {good} in most scenes that were compared"
     elif int(version) not in TESTED:
         known = f"version {version} passes its trial, but is not among those that were compared with {good}: {others}"
-    return Requirement("ngspice trial", "" if why else known, f"{why}: take version {good}")
+    return Requirement("ngspice trial", "" if why else known, f"{why}: install version {good}")

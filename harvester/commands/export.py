@@ -59,7 +59,7 @@ def export(
     for name in others:
         if options[name] is not None:
             raise InputError(
-                f"`{name}` must go with --{kind}, but {file!r} is another kind of part"
+                f"`{name}` must be used with --{kind}, but {file!r} is another kind of part"
             )
     given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     if fmu:

@@ -83,7 +83,7 @@ def _check_layers(bimorph: bool, unimorph: bool, parallel: bool) -> None:
         raise InputError("one of `bimorph`, `unimorph` must be left out, but both are given")
     if parallel and unimorph:
         raise InputError(
-            "`parallel` must go with `bimorph`, for a unimorph has one layer, but is given"
+            "`parallel` must be used with `bimorph`, for a unimorph has one layer, but is given"
         )
 
 

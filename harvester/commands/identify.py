@@ -66,7 +66,7 @@ def identify(
     path = None if out is None else Path(out)
     if force and path is None:
         raise InputError(
-            "--force must go with --out, the scene file to overwrite, but --out is left out"
+            "--force must be used with --out, the scene file to overwrite, but --out is left out"
         )
     if path is not None:
         if path.suffix != ".toml":

@@ -51,7 +51,7 @@ def keys(what: str | None, as_json: bool, schema: bool, out: str | None) -> None
         _schema(out)
         return
     if out is not None:
-        raise InputError("--out must go with --schema, but --schema is left out")
+        raise InputError("--out must be used with --schema, but --schema is left out")
     if what in ("profile", "excitation.profile"):
         from harvester.records.profiles import catalogue
 

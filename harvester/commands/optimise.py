@@ -111,7 +111,7 @@ def optimise(
 
 
 def _objective_of(options: dict[str, Any]) -> dict[str, Any]:
-    """The varied keys and the objective, taken from the options."""
+    """The varied keys and the objective, read from the options."""
     names = ("vary", "spread", "objective", "constraints", "lifetime")
     asked = {name: options.pop(name) for name in names}
     if not asked["vary"]:

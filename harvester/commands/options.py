@@ -93,7 +93,7 @@ def keys_option(*names: str, help_: str, metavar: str | None = None) -> Callable
 
 def vector_needs_out(*others: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Refuse --vector without --out, if ``others``, options by name, are also set: no figure would be written."""
-    error = "--vector must go with --out, the folder of the figure, but --out is left out"
+    error = "--vector must be used with --out, the folder of the figure, but --out is left out"
     return cloup.constraint(
         If(["vector", *others], then=require_all).rephrased(error=error), ["out"]
     )
@@ -131,7 +131,7 @@ def sampling(
             "--within",
             type=percent,
             metavar="PERCENT",
-            help="Target error of the mean power, such as 1%: sampling (95 %) plus bias.",
+            help="Target mean-power error, such as 1%: sampling (95 %) plus bias.",
         ),
         cloup.option(
             "--budget",

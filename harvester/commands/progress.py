@@ -26,8 +26,8 @@ class Bar(tqdm):  # type: ignore[misc]
     """A progress bar that shows the fraction done, the time left and the engine at work: a `Progress` of studies.
 
     ``known`` is False if nobody knows how much there is to do.  ``budget`` states that the fraction
-    is that of so many seconds, which ``at_most`` need not be spent.  ``shorter`` names what
-    shortens the work, such as "--budget": with it, work that will take more than half a minute
+    is that of so many seconds, which ``at_most`` need not be spent.  ``shorter`` names the option
+    that shortens the work, such as "--budget": with it, work that will last more than half a minute
     reports it in a line on stderr, as soon as that was measured: over the fraction ``enough`` of
     it, which is small if all parts of the work are alike.
     """
@@ -66,7 +66,7 @@ class Bar(tqdm):  # type: ignore[misc]
             threading.Thread(target=self._redraw, daemon=True).start()
 
     def _redraw(self) -> None:
-        """Keep the bar's clock going until it is closed."""
+        """Keep the bar's clock running until it is closed."""
         while not self.ended.wait(REDRAWN):
             if self.by_clock and self.seconds:
                 passed = time.monotonic() - self.last[0]
@@ -108,7 +108,7 @@ class Bar(tqdm):  # type: ignore[misc]
         self._show(fraction, what)
 
     def expect(self, seconds: float) -> None:
-        """Measure by the clock from now on: a pilot states that the work takes about so many seconds."""
+        """Measure by the clock from now on: a pilot states that the work needs about so many seconds."""
         self.seconds = seconds
         self.by_clock = True
         self.bar_format = FORMAT

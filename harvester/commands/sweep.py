@@ -17,7 +17,7 @@ one_grid = require_any.rephrased(error=EITHER % "neither is") & mutually_exclusi
 )
 resume_needs_out = cloup.constraint(
     If("resume", then=require_all).rephrased(
-        error="--resume must go with --out, the folder of an earlier sweep"
+        error="--resume must be used with --out, the folder of an earlier sweep"
     ),
     ["out"],
 )

@@ -85,7 +85,7 @@ if TYPE_CHECKING:
         "--within",
         type=percent,
         metavar="PERCENT",
-        help="Target error of the checking engine, or of one that samples.  Default: 0.5% for a check (ngspice: 2%).",
+        help="Target error of the checking engine, or of one that samples.  Default: 0.5 % for a check (ngspice: 2 %).",
     ),
     seed_option,
 )

@@ -1,4 +1,4 @@
-"""Runs of ngspice from rest and empty capacitors: how the circuit charges, and what probes in it see meanwhile."""
+"""Runs of ngspice from rest and empty capacitors: the charging of the circuit, and the probes meanwhile."""
 
 import dataclasses
 import itertools
@@ -21,7 +21,7 @@ COARSER = 10.0  # tolerance of ngspice beside twice the step
 
 @dataclass(frozen=True)
 class ChargeRun:
-    """What one run from empty says: all times in second, voltages in volt (or the probe's unit).
+    """The readings of one run from empty: all times in second, voltages in volt (or the probe's unit).
 
     ``passages``, shape (levels,), are when each level is first reached, infinite if it never is;
     ``curve`` the voltage at the times asked for; ``steps`` those of ngspice; ``smoothing`` the

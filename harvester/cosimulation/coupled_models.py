@@ -44,37 +44,37 @@ class Cosimulation(TableResult):
 
     Attributes
     ----------
-    time
+    time : ndarray
         s.
-    state
+    state : dict
         the numbers of the model's state by name, shape (n,), in the middle of the kick at that
         time.
-    voltage, current, load_power
+    voltage, current, load_power : ndarray
         at the circuit's terminals, out of the port, and of Rload: shape (n,) (V, A, W).
-    probes, probe_units
+    probes, probe_units : dict
         further quantities of the circuit by name, shape (n,), and their units.
-    events
+    events : ndarray
         the times of the model's events, shape (m,) (s).
-    mean_power
+    mean_power : Value
         of Rload, over the whole path (W).
-    ledger
+    ledger : dict
         mean powers (W) over the whole path: ``ledger_input`` is the work of the model against the
-        port's reaction, ``ledger_load`` goes into Rload, ``ledger_circuit`` is lost in the rest of
-        the circuit, and ``ledger_stored`` is the growth of what Cp and Csmooth hold.
-    ledger_residual
+        port's reaction, ``ledger_load`` flows into Rload, ``ledger_circuit`` is lost in the rest of
+        the circuit, and ``ledger_stored`` is the growth of the energy in Cp and Csmooth.
+    ledger_residual : float
         the part of the largest of them that does not add up: a check, which shrinks as the square
         of the step.
-    step
-        the step of the model (s).
-    steps
+    step : float
+        the model's step (s).
+    steps : int
         those that ngspice accepted.
-    seconds, compilation_seconds
+    seconds, compilation_seconds : float
         of the run, and of compiling the model.
-    compiled
+    compiled : bool
         whether the model was compiled, rather than run in plain Python.
-    physical
+    physical : bool
         whether its numbers are in SI units: always.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -150,7 +150,7 @@ class Cosimulation(TableResult):
 
     @property
     def ranges(self) -> Table:
-        """Between which ends each of its quantities goes."""
+        """The ends between which each of its quantities varies."""
         columns = self.table.columns[1:]
         ends = [
             Column(column.name, [min(column.cells), max(column.cells)], column.unit)
@@ -178,32 +178,32 @@ def cosimulate(
 
     Parameters
     ----------
-    model
+    model : object
         an object with the functions drift, kick and source (``Model`` of harvester.cosimulation
-        states what they are), and event and jump if there are events; a NamedTuple of numbers is
+        states their names), and event and jump if there are events; a NamedTuple of numbers is
         compiled.
-    circuit
+    circuit : Load or str
         the load on the port: a name of the package's netlists such as "bridge", the path of a file,
         the text of a netlist, or a `harvester.Load` with values of its parameters.
-    port
+    port : Piezo or Coil
         a `harvester.Piezo` (coupling and capacitance) or a `harvester.Coil`.
-    start
+    start : object
         the model's state at time 0, a NamedTuple of numbers; the circuit begins without voltages
         and currents.
-    duration, step
+    duration, step : float or str
         in seconds, or as texts such as "2 s" and "1 ms".
-    seed
+    seed : int, default 0
         of the noise: the same seed, the same path.
-    probe
+    probe : list of str, optional
         further quantities of the circuit, such as "store", "v(a,b)" or "p(d1)".
-    every
+    every : int, default 1
         how many steps a reading comes.
-    tolerance
+    tolerance : float, default 0.0001
         ngspice's relative tolerance of its own steps between those of the model.
-    volts
-        the size of the voltages, which its absolute tolerances go by: 1e-3 if they are of some
-        millivolts.
-    compiled
+    volts : float, default 1.0
+        the size of the voltages, to which its absolute tolerances are relative: 1e-3 if they are of
+        some millivolts.
+    compiled : bool, optional
         True: numba compiles the model; False: it runs in plain Python; None: compiled if it is a
         NamedTuple of numbers.
 
@@ -215,7 +215,7 @@ def cosimulate(
     Raises
     ------
     InputError
-        for a model without one of its functions, or one that gives what it must not; a start that
+        for a model without one of its functions, or one that returns a wrong value; a start that
         is not a NamedTuple of numbers; and a netlist that cannot be used.
     SimulationError
         if ngspice does not come to the end.
@@ -313,7 +313,7 @@ def _time(name: str, value: float | str) -> float:
 def _check_options(
     span: float, steps: int, every: int, seed: int, tolerance: float, volts: float
 ) -> None:
-    """Refuse numbers that are none, or out of range."""
+    """Refuse values that are not numbers, or out of range."""
     _check_integer("every", every, 1, steps)
     _check_integer("seed", seed, 0, 2**63)
     if steps > MOST_STEPS or steps // every > MOST_READINGS:
@@ -328,7 +328,7 @@ def _check_options(
 
 
 def _check_port(port: Any) -> None:
-    """Refuse what is not a port."""
+    """Refuse anything but a port."""
     if not isinstance(port, Piezo | Coil):
         raise invalid("`port`", "be a Piezo or a Coil", port)
     if isinstance(port, Piezo) and port.coupling is None:

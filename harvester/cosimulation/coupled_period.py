@@ -1,12 +1,12 @@
 """The periodic response of a mass and a load circuit to a steady drive: one path of ngspice, from period to period.
 
 A period is one short run of ngspice that begins with the node voltages, the coils' currents and the
-motion of a `CoupledState`, where the last one ended; `harvester.mechanics.periodic` goes from there
-to the one that comes back. For a circuit that remembers more the response does not come back in the
-unbroken run that measures it, and is not taken.  Initial conditions of its elements are those of a
-run from rest, and no period begins with them.
+motion of a `CoupledState`, the end of the last one; `harvester.mechanics.periodic` continues from
+it to the one that comes back. For a circuit that remembers more the response does not come back in
+the unbroken run that measures it, and is not used.  Initial conditions of its elements are those of
+a run from rest, and no period begins with them.
 
-Long because what a period carries on to the next one, and what is measured of it, are one path's.
+Long because the state that a period hands to the next one, and its measured means, are of one path.
 """
 
 import dataclasses
@@ -167,7 +167,7 @@ class _Path:
         return Settling(turn, slow, groups, flat(section, s.volts), *known_of_it)
 
     def _slow_parts(self, names: list[str]) -> Floats:
-        """What the circuit and the mass remember, shape (n, 2 + nodes): x, x', V, and the voltage of Csmooth last.
+        """The memory of circuit and mass, shape (n, 2 + nodes): x, x', V, and the voltage of Csmooth last.
 
         For a user's own circuit also the voltages of other capacitors, and the coils' currents over
         w0 Cp.
@@ -208,7 +208,7 @@ class _Path:
     def unbroken(
         self, section: CoupledState, turns: int, times: int
     ) -> tuple[Floats, CoupledState, Drive]:
-        """The slow parts after each of ``times`` turns in one run, shape (times, 4), and where it ends.
+        """The slow parts after each of ``times`` turns in one run, shape (times, 4), and its end.
 
         The means of the drive leave out the first turn.
         """
@@ -222,7 +222,7 @@ class _Path:
         )
 
     def wander(self, section: CoupledState, times: int) -> tuple[int, CoupledState]:
-        """After how many periods a run of so many comes back at its end, 0 for none, and where it ends."""
+        """After how many periods a run of so many comes back at its end, 0 for none, and its end."""
         sections, end, drive = self.unbroken(section, 1, times)
         return comes_back_after(sections[:, :2], math.sqrt(self.means(drive)[2])), end
 
@@ -298,7 +298,7 @@ def periodic_response(
 
 
 def _near_a_response(path: _Path, section: CoupledState) -> CoupledState:
-    """Where the motion comes back: a leap from farther away would lead to any response."""
+    """The start of the repeating motion: a leap from farther away would lead to any response."""
     for _ in range(WANDERS):
         again, section = path.wander(section, path.longest)
         if again:
@@ -324,7 +324,7 @@ def _to_a_quiet_phase(
 def same_response(
     device: CoupledDevice, near: Neighbour, deadline: float, enough: float = REACHED
 ) -> PeriodicResponse | None:
-    """The same response at another step or tolerance; None if it has gone."""
+    """The same response at another step or tolerance; None if it has disappeared."""
     path = _Path(device, near.phase, deadline, enough)
     path.farads = near.farads
     return _settled(path, near.section, near.turns, True, near.secants)

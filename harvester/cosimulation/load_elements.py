@@ -1,4 +1,4 @@
-"""What a load circuit's elements say of how it runs: what it remembers, whether it feeds, what ngspice need not see."""
+"""Properties of a load circuit by its elements: its memory, whether it feeds, the part that ngspice need not see."""
 
 import re
 from collections.abc import Callable
@@ -49,7 +49,7 @@ def _changed(load: LoadCircuit, change: Callable[[CircuitPart], CircuitPart]) ->
 
 
 def stores(load: LoadCircuit, capacitance: float) -> list[tuple[str, ...]]:
-    """The nodes of each capacitor that remembers anything beside a piezo of that capacitance (F)."""
+    """The nodes of each capacitor that remembers anything when connected to a piezo of that capacitance (F)."""
     return [
         part.nodes
         for part in load.parts

@@ -1,4 +1,4 @@
-"""What a model of the user's own must be, to go in lock-step with ngspice: its four functions, and their checks."""
+"""The interface of a user's model in lock-step with ngspice: its four functions, and their checks."""
 
 import inspect
 import math
@@ -27,8 +27,8 @@ class Mechanics(Protocol):
         coil k i.  ``noise`` is a standard normal number of this kick alone: white noise of the
         two-sided density S adds sqrt(S h) noise.
     source(state)
-        What drives the port: of a piezo the displacement (m), which times theta is the charge; for
-        a coil the velocity (m/s), which times k is the e.m.f.
+        The source of the port: for a piezo the displacement (m), which times theta is the charge;
+        for a coil the velocity (m/s), which times k is the e.m.f.
     event(state, h), jump(state)
         Only if there are events: the time of the first one within the coming drift of length h,
         or None; and the state after it.
@@ -43,7 +43,7 @@ class Mechanics(Protocol):
         """The state after the forces of a time h."""
 
     def source(self, state: Any, /) -> float:
-        """What drives the port."""
+        """The source of the port."""
         ...
 
 
@@ -74,7 +74,7 @@ def can_be_compiled(model: Any) -> bool:
 def check_model(model: Any, start: Any, h: float) -> None:
     """Call each of a model's functions once, for a step of h seconds from the ``start``.
 
-    Raises InputError for a function that is missing or takes other arguments, a start that is not a
+    Raises InputError for a function that is missing or has other arguments, a start that is not a
     NamedTuple of finite numbers, and a function that gives anything else than it must.
     """
     if isinstance(model, type):

@@ -35,8 +35,8 @@ NAMES = {
 class ModelJob:
     """A model, its circuit, and how they run: arguments as of `harvester.cosimulation.coupled_models.cosimulate`.
 
-    ``tolerances`` are ngspice's relative tolerance, and the voltage that its absolute ones go by
-    (V).
+    ``tolerances`` are ngspice's relative tolerance, and the voltage to which its absolute ones are
+    relative (V).
     """
 
     model: Any
@@ -59,7 +59,7 @@ class ModelJob:
 
 @dataclass(frozen=True)
 class ModelRun:
-    """What a run gave: readings as of `ModelRecord`, times of events, the probes at the readings, and the ledger."""
+    """Results of a run: readings as of `ModelRecord`, times of events, the probes at the readings, and the ledger."""
 
     samples: Floats
     events: Floats
@@ -71,7 +71,7 @@ class ModelRun:
 
 
 def packed(job: ModelJob) -> bytes:
-    """A job as a worker takes it: with the model's code, whose module may be found from here alone."""
+    """A job for a worker: with the model's code, whose module may be found from here alone."""
     names = {type(instance).__module__ for instance in (job.model, job.start)} - {
         "__main__",
         "builtins",
@@ -92,7 +92,7 @@ def packed(job: ModelJob) -> bytes:
 
 
 def _unpacked(data: bytes) -> ModelJob:
-    """The job; raises InputError if what its model is made of is not found here."""
+    """The job; raises InputError if a part of its model is not found here."""
     try:
         job: ModelJob = pickle.loads(data)
     except Exception as error:
@@ -145,7 +145,7 @@ def run_model(data: bytes) -> ModelRun:
     raised: list[BaseException] = []
 
     def keep(error: BaseException) -> None:
-        """Keep what a compiled function raised; the rest of the run is ngspice's alone."""
+        """Keep the error of a compiled function; the rest of the run is ngspice's alone."""
         raised.append(error)
         checked_ngspice().state["fault"] = any_mechanics.RAISED
 
@@ -224,7 +224,7 @@ def _check(job: ModelJob, s: Any, at: Any) -> None:
     if s.fault == any_mechanics.OFTEN:
         raise InputError(
             f"`model.event` must come to an end within a step, but has more than {any_mechanics.MOST}{where}: let "
-            "`model.jump` bring to rest what would meet the next event within a step"
+            "`model.jump` bring to rest a mass that would meet the next event within a step"
         )
     if s.fault == any_mechanics.EVENT:
         check_event(job.model.event(state, float(s.h - s.phase)), float(s.h - s.phase), where)

@@ -1,4 +1,4 @@
-"""What is known of a periodic response of a mass and a load circuit: its means, and where another one begins."""
+"""A periodic response of a mass and a load circuit: its means, and the start of another one."""
 
 import math
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ class Neighbour:
     """All of a periodic response that the way to one of a drive a little different begins with.
 
     It comes back after ``turns`` periods of the drive, and is at ``section`` at the part ``phase``
-    of a period; ``secants`` are what the way there says of the ways to neighbouring responses,
-    ``farads`` the load's Csmooth, and ``quiet`` how far the section is from turns of the motion, as
-    a part of a period.
+    of a period; ``secants`` are the differences on the way there, for the ways to neighbouring
+    responses, ``farads`` the load's Csmooth, and ``quiet`` how far the section is from turns of the
+    motion, as a part of a period.
     """
 
     section: CoupledState
@@ -37,7 +37,7 @@ class Neighbour:
 
 @dataclass(frozen=True)
 class PeriodicResponse(Neighbour, Swing):
-    """A response that comes back, and what it does on average.
+    """A response that comes back, and its means.
 
     ``power`` (W) of Rload, ``square`` (V^2) of the terminals and ``ledger`` are means over whole
     periods; ``left`` is the part of power and square that settling further may change; ``periods``
@@ -72,7 +72,7 @@ def later_half(runs: Sequence[Known]) -> Known | None:
     """The means over the last runs that make half of the time of all; None if nothing was covered.
 
     The first half is the way from rest.  A response that settles is near its end in the second; one
-    that never does, such as a chip's that goes on and off, has both in it.
+    that never does, such as a chip's that switches on and off, has both in it.
     """
     half, covered, sums = sum(seconds for *_, seconds in runs) / 2.0, 0.0, [0.0, 0.0]
     for power, square, seconds in reversed(runs):

@@ -1,4 +1,4 @@
-"""Sections of a motion and its circuit, once a period: where one run of ngspice ends and the next one begins."""
+"""Sections of a motion and its circuit, once a period: the end of one run of ngspice and the start of the next one."""
 
 from dataclasses import dataclass, field
 
@@ -38,7 +38,7 @@ class CoupledState:
 
 @dataclass(frozen=True)
 class Origin:
-    """Where the way to a response begins: at the part ``phase`` of a period of the drive.
+    """The start of the way to a response: at the part ``phase`` of a period of the drive.
 
     It is looked for as one that comes back after so many ``turns`` of the drive, before others.
     """
@@ -73,7 +73,7 @@ def quiet_kick(velocity: Floats) -> tuple[int, int]:
 
 
 def unkicked(drive: Drive, a: float) -> float:
-    """The velocity in the middle of a drive's last kick, where another drive begins; a kick is linear in it."""
+    """The velocity in the middle of a drive's last kick, for the start of another drive; a kick is linear in it."""
     x, voltage, v = drive.samples[-1, [0, 1, 3]]
     half = 0.5 * float(drive.state[0].h)
     c = drive.coefficients

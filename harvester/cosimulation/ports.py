@@ -1,4 +1,4 @@
-"""Through what a model of the user's own and a circuit act on each other: a piezo, or a coil that moves in a magnet.
+"""The port through which a user's model and a circuit act on each other: a piezo, or a coil that moves in a magnet.
 
 The port of a piezo is the table of scenes, `harvester.scene.physical.Piezo`.
 """
@@ -29,8 +29,8 @@ class Coil(SceneTable):
 
     TABLE = "coil"
     coupling: Annotated[Number, TRANSDUCTION, "e.m.f. per velocity, which is force per current"]
-    resistance: Annotated[OptNumber, RESISTANCE_OF_COIL, "of the winding"] = NONE
-    inductance: Annotated[OptNumber, INDUCTANCE, "of the winding"] = NONE
+    resistance: Annotated[OptNumber, RESISTANCE_OF_COIL, "series resistance"] = NONE
+    inductance: Annotated[OptNumber, INDUCTANCE, "inductance"] = NONE
 
 
 Port = Piezo | Coil

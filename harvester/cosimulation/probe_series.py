@@ -1,4 +1,4 @@
-"""What the probes of a circuit saw in a finished run of ngspice: means over time, and values at given times."""
+"""The readings of a circuit's probes in a finished run of ngspice: means over time, and values at given times."""
 
 import math
 from collections.abc import Sequence
@@ -21,12 +21,12 @@ def vectors_of(probes: Sequence[Probe]) -> tuple[str, ...]:
 def values_of(probe: Probe, drive: Drive | ModelDrive) -> Floats:
     """A probe's values at the accepted points of a finished run, shape (n,), in its unit.
 
-    Raises CircuitError if ngspice tells no such quantity.
+    Raises CircuitError if ngspice has no such quantity.
     """
     for name in probe.vectors:
         if len(drive.series[name]) != len(drive.series["time"]):
             raise CircuitError(
-                f"ngspice must tell {probe.name} of the circuit, but has no vector {name}"
+                f"ngspice must report {probe.name} of the circuit, but has no vector {name}"
             )
     return probe.values(drive.series)
 

@@ -1,4 +1,4 @@
-"""Runs of a coupled device in ngspice: in this process, or in workers, where a crash is an error of that run only.
+"""Runs of a coupled device in ngspice: in this process, or in workers, so that a crash is an error of that run only.
 
 Long because a run, its means and its control variate share one device.
 """
@@ -54,7 +54,7 @@ class CoupledDevice:
     ``ideal`` is the load without ngspice, made of ideal elements or compiled; ``ngspice_rule``
     states that the load resistor with ngspice follows its integration rule; ``probes`` are further
     quantities of the circuit; ``trapezoidal`` see
-    `harvester.cosimulation.ngspice.deck.integration_options`; ``coarse``: on noise of steps of h/2;
+    `harvester.cosimulation.ngspice.deck.integration_options`; ``coarse``: on noise made for h/2;
     ``shunt`` is a capacitance from each node to ground, of the piezo's, without which ngspice may
     not converge.
     """
@@ -214,7 +214,7 @@ def in_ngspice(voltages: dict[str, float]) -> dict[str, float]:
 def _blocks(
     drive: "Drive", burn_in: float, blocks: int, new: Floats | None
 ) -> tuple[Floats, Floats]:
-    """The load's power (W), shape (blocks,), and the controls of the blocks of `from_path`; ``new``: of `filtered`."""
+    """The load's power (W), shape (blocks,), and the controls of the blocks of `from_path`; ``new``: for `filtered`."""
     state = drive.state[0]
     h, stride = float(state.h), int(state.stride)
     first = math.ceil(burn_in / (h * stride) - 1e-6)
@@ -266,7 +266,7 @@ def _control(
 
 
 def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:
-    """Start the workers and compile what this device's runs need; returns the seconds that took.
+    """Start the workers and compile the code of this device's runs; returns the seconds.
 
     The load is a resistor here: a netlist is nothing to compile, and may be slow.
 
@@ -281,14 +281,14 @@ def warm_up_workers(device: CoupledDevice, with_control: bool = False) -> float:
 
 
 def _with_resistor(device: CoupledDevice) -> CoupledDevice:
-    """The device with a load resistor, which takes no time."""
+    """The device with a load resistor, which needs no time."""
     resistance = 1.0 / (device.scales.capacitance * device.scales.frequency)
     return dataclasses.replace(device, load=load_circuit(Load(resistance=resistance)), probes=())
 
 
 @contextmanager
 def compiled_beforehand(device: CoupledDevice) -> Iterator[None]:
-    """A worker compiles what runs beside a compiled circuit need, while this process compiles the rest in the block."""
+    """A worker compiles runs paired with a compiled circuit, while this process compiles the rest in the block."""
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.circuits.substeps import follow
 
@@ -351,7 +351,7 @@ def measure_in_workers(
 
 
 def ngspice_version() -> tuple[str, str]:
-    """Version of the ngspice library as a worker process finds it, and what is wrong with it by its trial ("")."""
+    """Version of the ngspice library as a worker process finds it, and its fault by its trial (""; none)."""
     return next(map_in_workers(_version, [()]))
 
 

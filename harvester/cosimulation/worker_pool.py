@@ -1,4 +1,4 @@
-"""Worker processes that run ngspice: what fails or dies in one is an error of that job only.
+"""Worker processes that run ngspice: a failure or a crash in one is an error of that job only.
 
 A process whose ngspice has failed is not trusted with another circuit: after a fatal error ngspice
 stays in pieces, after a hang it continues calculating.  It is killed, and the next job gets a new
@@ -43,8 +43,8 @@ _here: ContextVar[Here | None] = ContextVar("_here", default=None)
 def ngspice_here() -> Iterator[Here]:
     """Let `map_in_workers` run its jobs in this process, which is itself a worker that may die with one of them.
 
-    After the first that fails the others go to workers of their own, as elsewhere, and this process
-    should end.
+    After the first that fails the others run in workers of their own, as elsewhere, and this
+    process should end.
 
     Raises MissingProgramError when ngspice is not installed; InputError as
     `harvester.machine.folders.bare`.
@@ -69,8 +69,8 @@ def worker_count() -> int:
 def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ...]]) -> Iterator[T]:
     """Call ``function(*given)`` for each of the arguments in worker processes, and yield the results in their order.
 
-    `worker_count` of them run at a time.  The error of a job is raised where its result would be
-    yielded.  Jobs that still run when the iteration ends, by an error or because its reader stops,
+    `worker_count` of them run at a time.  The error of a job is raised in place of its
+    result.  Jobs that still run when the iteration ends, by an error or because its reader stops,
     are killed.
 
     Raises CircuitError of a job, or when its process dies.
@@ -105,7 +105,7 @@ def map_in_workers(function: Callable[..., T], arguments: Sequence[tuple[Any, ..
 def ahead(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Iterator[Future[Any] | None]":
     """Start jobs, one after the other, in a worker process that others will use, while this one compiles; the first.
 
-    What they compile is in the cache afterwards, and what they give or raise is left aside.  None,
+    Their code is in the cache afterwards, and their result or error is left aside.  None,
     and no job, on one core, without a cache, in a process that runs ngspice itself, and next to
     workers that run already.  An error in the block ends the process.
     """
@@ -125,7 +125,7 @@ def ahead(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Iterator[Future
 
 
 def _wait_for_those_ahead() -> None:
-    """Wait for the jobs that went `ahead`, after which their process is an idle one."""
+    """Wait for the jobs that began `ahead`, after which their process is an idle one."""
     while workers_ahead:
         process, futures = workers_ahead.popleft()
         wait(futures)

@@ -129,7 +129,7 @@ def _duration(duration: str | float | None, problem: Problem) -> float:
         return min(PERIODS * period, longest)
     if not drawn:
         raise InputError(
-            "`duration` must go with noise that is drawn point by point, but the scene has none"
+            "`duration` must be used with noise that is drawn point by point, but the scene has none"
         )
     seconds = reading("`duration`", partial(with_prefix, kind=TIME), duration)
     if not period <= seconds <= longest:

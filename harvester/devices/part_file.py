@@ -23,33 +23,26 @@ def export(
 ) -> Path:
     """Write a scene's device as a part: an FMU to a file ``.fmu``, else a subcircuit.
 
-    >>> import harvester as hv
-    >>> mass = hv.Oscillator(mass="40 g", stiffness="16 N/m")
-    >>> piezo = hv.Piezo(coupling="1 mN/V", capacitance="50 nF")
-    >>> hv.export(hv.Scene(oscillator=mass, piezo=piezo), "/nowhere/plate.lib")
-    Traceback (most recent call last):
-    harvester.errors.InputError: `out` must take plate.lib, but writing failed: ...
-
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a Scene of a device, or the path of its file.
-    out
+    out : path
         the file: ``device.fmu`` for simulators that import FMI; ``device.lib`` for ngspice, LTspice
         and KiCad.
-    name, duration
+    name, duration : str or float or str, optional
         options of a subcircuit: its name (None: the file's), and the length (s) of noise that is
         written point by point (None: 1000 periods).
-    circuit
+    circuit : str, optional
         option of an FMU: "inside" (None), with the load, a resistor or an ideal circuit; or
         "outside", with an electrical port: current (A) and load resistance (ohm) in, voltage (V)
         out.
-    fmi
+    fmi : int, optional
         option of an FMU: 2 (None) for FMI 2.0, or 3 for FMI 3.0 with event mode.
-    platforms
+    platforms : str or list of str, optional
         option of an FMU: some of "linux-x86_64", "linux-aarch64", "windows-x86_64" and
         "macos-aarch64", or "all"; None: this machine's.
-    seed
+    seed : int, default 0
         draws noise that is written into the part.
 
     Returns
@@ -67,6 +60,15 @@ def export(
         modes in an FMU; and for a model of `cosimulate` in place of a scene.
     MissingProgramError
         for an FMU without the package ziglang.
+
+    Examples
+    --------
+    >>> import harvester as hv
+    >>> mass = hv.Oscillator(mass="40 g", stiffness="16 N/m")
+    >>> piezo = hv.Piezo(coupling="1 mN/V", capacitance="50 nF")
+    >>> hv.export(hv.Scene(oscillator=mass, piezo=piezo), "/nowhere/plate.lib")
+    Traceback (most recent call last):
+    harvester.errors.InputError: `out` must take plate.lib, but writing failed: ...
     """
     if all(callable(getattr(scene, name, None)) for name in NEEDED):
         raise CannotServeError(

@@ -1,4 +1,4 @@
-"""The engines: what each computes, what it serves, what error it states.  All make an `Estimate` of a problem."""
+"""The engines: their method, scenes and errors.  All make an `Estimate` of a problem."""
 
 from harvester.engines.averaged import Averaged
 from harvester.engines.cheapest import Cheapest

@@ -41,7 +41,7 @@ class Averaged(Formula):
 
     Parameters
     ----------
-    within, budget, seed
+    within, budget, seed : float or str or int, optional
         the options of `run`.
 
     Raises
@@ -105,10 +105,10 @@ def free_orbits(eqs: Equations, law: "TwoScale") -> Floats:
 def linear_error(eqs: Equations, law: "TwoScale", free: Floats) -> float:
     """The relative error of E[V^2] of free orbits: that of the linear scene which does the same in a cycle.
 
-    There the exact moments are known (`harvester.linear.solve`).  Averaging misses what a load does
-    within a cycle, and what parametric noise does to the load's phase: 5 % at n2 = 0.12, beta = 1,
-    mu = 2; 12 % at beta = 5, mu = 0.013, c1 = 0.007; 8 % at beta = 0.42, mu = 1.3, c1 = 0.17.  Of
-    motions A cos(w t) with the law's amplitudes
+    There the exact moments are known (`harvester.linear.solve`).  Averaging misses the action of a
+    load within a cycle, and that of parametric noise on the load's phase: 5 % at n2 = 0.12, beta =
+    1, mu = 2; 12 % at beta = 5, mu = 0.013, c1 = 0.007; 8 % at beta = 0.42, mu = 1.3, c1 = 0.17.
+    Of motions A cos(w t) with the law's amplitudes
 
         k = 1 + 3/4 alpha E[A^4]/E[A^2],   c = -c1 - c2/4 E[A^4]/E[A^2] + c3/8 E[A^6]/E[A^2]
 
@@ -156,8 +156,9 @@ def linear_error(eqs: Equations, law: "TwoScale", free: Floats) -> float:
 def tail_error(tail: "PowerTail", law: "TwoScale") -> float:
     """The relative error of E[V^2] that comes from the power tail p(A) ~ A^-(1 + q) of parametric noise.
 
-    E[A^2] is in proportion to 1/(q - 2), so that q off by d takes d/(q - 2), of which d/q is that of the damping and
-    stated already.  With a stop at a distance also the share of the tail that lies beyond the law's last amplitude.
+    E[A^2] is in proportion to 1/(q - 2), so that an error d of q is a relative one of d/(q - 2), whose
+    part d/q is that of the damping and stated already.  With a stop at a distance also the share of the tail that lies
+    beyond the law's last amplitude.
     """
     from harvester.averaging.grids import KEPT
 

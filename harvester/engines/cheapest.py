@@ -26,7 +26,7 @@ FINER_THAN_SAMPLING = 1e-4  # relative errors at which the density itself is che
 
 
 class Cheapest(MonteCarloOptions, Engine):
-    """`Exact` if that serves, `Averaged` if its own error allows it, else `Ensemble`.
+    """`Exact` if that supports the scene, `Averaged` if its own error allows it, else `Ensemble`.
 
     For a netlist `Slow` for a chip, `Compiled` if ngspice would have no circuit of ideal elements
     with it, and `Spice` for others, or if their stated error is too large.
@@ -46,7 +46,7 @@ class Cheapest(MonteCarloOptions, Engine):
 
     Parameters
     ----------
-    within, budget, seed, duration, trajectories, dt
+    within, budget, seed, duration, trajectories, dt : float or str or int, optional
         the options of `run`.
 
     Raises
@@ -65,7 +65,7 @@ class Cheapest(MonteCarloOptions, Engine):
         problem = Problem.of(scene)
         within = number(self.within)
         if within is None:
-            raise InputError("`within` must be given where no engine is, but is left out")
+            raise InputError("`within` must be given if no engine is, but is left out")
         if problem.netlist is not None:
             return self._of_netlist(problem, within, progress)
         kind = formula(problem)
@@ -128,7 +128,7 @@ class Cheapest(MonteCarloOptions, Engine):
         return kind(**{**given, "budget": budget})
 
     def _unaveraged(self, problem: Problem, progress: Progress | None) -> Estimate:
-        """The answer of `Density` if sampling takes very long to reach ``within``, else of `Ensemble`."""
+        """The answer of `Density` if sampling needs very long to reach ``within``, else of `Ensemble`."""
         within, budget = number(self.within), number(self.budget)
         if within is not None and within <= FINER_THAN_SAMPLING and not Density.refusal(problem):
             return Density(within=within, budget=budget).run(problem, progress)
@@ -169,7 +169,7 @@ def _because(
     formula: str = "",
     refused: str = "",
 ) -> Estimate:
-    """The answer with a note ``why`` its engine was chosen; ``error`` is what the ``formula`` states."""
+    """The answer with a note ``why`` its engine was chosen; ``error`` is that of the ``formula``."""
     numbers = {"why": why, "error": error, "within": within, "formula": formula, "refused": refused}
     chosen = note("cheapest", engine=answer.engine, **numbers)
     return dataclasses.replace(answer, diagnostics=(chosen, *answer.diagnostics))

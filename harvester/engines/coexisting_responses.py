@@ -44,9 +44,9 @@ def steady_responses(
     """The responses of the ``engine``'s model, the most frequent first; none if the search does not settle.
 
     They are those that stay at half the step of the search.  A mean has the time-step error, from
-    the same response before, and of sampling: of the drive's phase on the grid of steps if it comes
-    back, else of the motion.  What the longer step does not have, and what the model leaves out
-    (``unknown``), is not known.
+    the same response before, and of sampling: that of the drive's phase on the grid of steps if it
+    comes back, else of the motion.  The responses that the longer step lacks, and the error of the
+    model (``unknown``), are not known.
     """
     from harvester.mechanics.ensemble.coexisting_responses import (
         attractors,

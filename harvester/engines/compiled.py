@@ -36,11 +36,11 @@ class Compiled(Ensemble):
 
     Parameters
     ----------
-    within, budget, seed, duration, trajectories, dt
+    within, budget, seed, duration, trajectories, dt : float or str or int, optional
         As in `run`.
-    probe
+    probe : tuple of str
         Circuit quantities to report, such as "store" or "v(a,b)".
-    ledger
+    ledger : bool, default False
         Also report the mean power dissipated in each element.
 
     Raises
@@ -88,7 +88,7 @@ class Compiled(Ensemble):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None if it can."""
+        """Why the engine does not support a problem; None if it can."""
         return needs_circuit(problem, cls.NAME) or needs_compiled_circuit(problem, cls.NAME)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
@@ -185,7 +185,7 @@ class Compiled(Ensemble):
         return warning("circuit_not_converged", share=float(failed / steps)) if failed else None
 
     def model(self, problem: Problem) -> Model:
-        """What is simulated for a problem that the engine supports."""
+        """The simulation for a problem that the engine supports."""
         from harvester.circuits.compiled_circuit import compiled_circuit
 
         assert problem.circuit is not None, "refusal checks this"

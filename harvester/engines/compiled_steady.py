@@ -57,7 +57,7 @@ def steady_answer(
     judged: bool = True,
     progress: Progress | None = None,
 ) -> "tuple[Estimate | None, CircuitPeriod | None]":
-    """The answer of a periodic response from rest, or ``near`` that of a drive close by, and where it is; None: none.
+    """The answer of a periodic response from rest, or ``near`` that of a drive close by, and its place; None: none.
 
     With ``judged``, ngspice continues from the response at the longest step to its own, and their
     difference is the model error; with several modes its circuit follows that response.  Without a
@@ -124,7 +124,7 @@ def _periods(
     from harvester.circuits.circuit_period import periodic_response
     from harvester.circuits.compiled_circuit import compiled_circuit
 
-    assert problem.circuit is not None, "the engine serves netlists"
+    assert problem.circuit is not None, "the engine supports netlists"
     eqs = problem.equations
     circuit = compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
     h, halvings = steps_in_period(eqs, options.step(problem.units.frequency))
@@ -171,7 +171,7 @@ def _differences(
 
 
 def _origin(problem: Problem, response: "CircuitPeriod") -> "Origin":
-    """Where ngspice's way begins: in the middle of the kick of the state that was found."""
+    """The start of ngspice's way: the middle of the kick of the state that was found."""
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.poincare_sections import CoupledState, Origin
     from harvester.cosimulation.runs import in_ngspice
@@ -179,7 +179,7 @@ def _origin(problem: Problem, response: "CircuitPeriod") -> "Origin":
     from harvester.mechanics.kernels.compiled import interpreted
     from harvester.mechanics.kernels.equation_of_motion import kick
 
-    assert problem.circuit is not None, "the engine serves netlists"
+    assert problem.circuit is not None, "the engine supports netlists"
     path = response.path
     c = coefficients(problem.equations)
     voltages = compiled_circuit(problem.circuit, problem.scales).voltages(response.state)

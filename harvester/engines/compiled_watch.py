@@ -1,4 +1,4 @@
-"""What engine `compiled` tells of a circuit's inside: probes, and what each element takes, along a few paths."""
+"""The inside of a circuit by engine `compiled`: probes, and the power of each element, along a few paths."""
 
 import dataclasses
 import math
@@ -54,7 +54,7 @@ def sampled_paths(
 def _traced(
     circuit: "CompiledCircuit", given: "Given", log: bool, kicked: bool = False
 ) -> "CircuitPath":
-    """The path of what is ``given`` that keeps its states, and its own steps where a ``log`` is asked for."""
+    """The path of the arguments ``given`` that keeps its states, and its own steps if a ``log`` is asked for."""
     path = circuit.trace(*given, kicked=kicked, keep=True)
     return (
         dataclasses.replace(circuit.with_own_steps(path, given, kicked), states=path.states)
@@ -90,12 +90,12 @@ def with_watched(
     probe: Sequence[str],
     ledger: bool,
 ) -> Estimate:
-    """An answer with the probes and the elements that are asked for; of their errors sampling alone is known.
+    """An answer with the probes and the elements that are asked for; only the sampling part of their errors is known.
 
     The load's power on the paths, whose mean the answer knows, is their control variate.
 
     Raises InputError for anything that is not there, and for quantities that compiled circuits do
-    not tell.
+    not know.
     """
     from harvester.circuits.probed_path import mean_powers, probed
 
@@ -145,7 +145,7 @@ def with_watched(
 def check_watched(
     problem: Problem, circuit: "CompiledCircuit", probe: Sequence[str], ledger: bool
 ) -> None:
-    """Raise InputError for what is not there, or compiled circuits do not tell, before anything is computed."""
+    """Raise InputError for a quantity that is absent or unknown to compiled circuits, before anything is computed."""
     from harvester.circuits.probed_path import probed
     from harvester.mechanics.kernels.compiled import compilation
     from harvester.mechanics.kernels.forcing import forcing

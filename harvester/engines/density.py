@@ -51,7 +51,7 @@ class Density(Request, Engine):
 
     Parameters
     ----------
-    within, budget, seed
+    within, budget, seed : float or str or int, optional
         the options of `run`.
 
     Raises
@@ -80,7 +80,7 @@ class Density(Request, Engine):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why there is no density to solve, and what serves the problem; None where there is one."""
+        """Why there is no density to solve, and an engine that supports the problem; None if there is one."""
         eqs = problem.equations
         without = None
         if not (eqs.n1 or eqs.coloured):
@@ -94,7 +94,7 @@ class Density(Request, Engine):
     def solve(
         self, problem: Problem, progress: Callable[[float], None] | None = None
     ) -> "tuple[MomentExistence, Answer]":
-        """What exists of the means, and the density of a problem that is served, with its error.
+        """The means that exist, and the density of a problem, with its error.
 
         Raises UnboundedResponseError, InfiniteMeanError, and SimulationError for a density that is
         not resolved.

@@ -51,7 +51,7 @@ class EnsembleSetup:
     """Trajectories of a ``model`` after their burn-in, with their diagnostics.
 
     The answer's seconds count from ``begin``, a budget from ``budget_begin`` (`time.perf_counter`):
-    compilation is in neither, and loading what was compiled before is in the budget.
+    compilation is in neither, and loading compiled code is in the budget.
     """
 
     problem: Problem
@@ -84,7 +84,7 @@ class Ensemble(MonteCarloOptions, Engine):
 
     Parameters
     ----------
-    within, budget, seed, duration, trajectories, dt
+    within, budget, seed, duration, trajectories, dt : float or str or int, optional
         the options of `run`.
 
     Raises
@@ -111,11 +111,11 @@ class Ensemble(MonteCarloOptions, Engine):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None if it can."""
+        """Why the engine does not support a problem; None if it can."""
         return needs_resistance(problem, cls.NAME)
 
     def model(self, problem: Problem) -> Model:
-        """What is simulated for a problem that the engine supports."""
+        """The simulation for a problem that the engine supports."""
         eqs = problem.equations
         return Model(eqs, None, "V2", (eqs.beta or 0.0) * (eqs.load or 0.0))
 
@@ -130,7 +130,7 @@ class Ensemble(MonteCarloOptions, Engine):
         return trajectories
 
     def remark(self, code: str) -> Diagnostic | None:
-        """What is stated of the model's error: a warning if it is not known."""
+        """The statement of the model's error: a warning if it is not known."""
         return (warning if code == self.MODEL_NOTE else note)(code) if code else None
 
     def _towards(
@@ -305,7 +305,7 @@ class Ensemble(MonteCarloOptions, Engine):
 
 @dataclass
 class EnsembleSampler:
-    """Averages over trajectories, which go on at the step that is best for a target; ``dt`` is a step that is fixed."""
+    """Averages over trajectories, which continue at the best step for a target; ``dt`` is a step that is fixed."""
 
     setup: EnsembleSetup
     pair: "RichardsonPair"
@@ -321,7 +321,7 @@ class EnsembleSampler:
         return self.mean(self.setup.model.name, exact=False)
 
     def improve(self, target: Target) -> Diagnostic | None:
-        """Begin again at a better step, or go on at this one; or say why neither reaches the target."""
+        """Begin again at a better step, or continue at this one; or state why neither reaches the target."""
         value = self.power_so_far()
         if (value.model or 0.0) > target.within * abs(value.value):
             return warning("within_between_wells", within=target.within)
@@ -362,7 +362,7 @@ class EnsembleSampler:
         return None
 
     def effort(self, within: float) -> Diagnostic:
-        """The note that shows what was chosen for a target."""
+        """The note that shows the choice for a target."""
         setup = self.setup
         return sampling.step_and_effort(
             self.pair, setup.model.name, within, setup.unit, setup.problem.physical

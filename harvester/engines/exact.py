@@ -30,7 +30,7 @@ class Exact(Formula):
 
     Parameters
     ----------
-    within, budget, seed
+    within, budget, seed : float or str or int, optional
         the options of `run`.
 
     Raises

@@ -1,4 +1,4 @@
-"""What the engines that are formulas share: one scene is a grid of one, and many are solved in one call."""
+"""The common part of the engines that are formulas: one scene is a grid of one, and many are solved in one call."""
 
 import dataclasses
 import time
@@ -24,7 +24,7 @@ class Formula(Request, Engine):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the theory cannot serve a problem; None if it can."""
+        """Why the theory does not support a problem; None if it can."""
         return needs_known_effects(problem, cls, cls.UNSERVED)
 
     def run_many(

@@ -35,9 +35,9 @@ class Ideal(Ensemble):
 
     Parameters
     ----------
-    within, budget, seed, duration, trajectories, dt
+    within, budget, seed, duration, trajectories, dt : float or str or int, optional
         the options of `run`.
-    judged
+    judged : bool, default True
         measure the error of the ideal elements against the compiled circuit; False: it stays
         unknown.
 
@@ -76,7 +76,7 @@ class Ideal(Ensemble):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None if it can."""
+        """Why the engine does not support a problem; None if it can."""
         from harvester.circuits.idealised import TOPOLOGIES, ideal_circuit
 
         if (without := needs_circuit(problem, cls.NAME)) is not None:
@@ -118,7 +118,7 @@ class Ideal(Ensemble):
         )
 
     def model(self, problem: Problem) -> Model:
-        """What is simulated for a problem that the engine supports."""
+        """The simulation for a problem that the engine supports."""
         from harvester.circuits.idealised import ideal_circuit
 
         assert problem.circuit is not None, "refusal checks this"
@@ -128,7 +128,7 @@ class Ideal(Ensemble):
     def model_errors(
         self, problem: Problem, pair: "RichardsonPair", begin: float
     ) -> tuple[dict[str, float], str]:
-        """How far the compiled circuit is on the same noise, if that can be measured in what is left of a budget."""
+        """How far the compiled circuit is on the same noise, if that can be measured in the rest of a budget."""
         from harvester.engines.ideal_difference import difference_from_compiled
 
         budget = number(self.budget)
@@ -138,14 +138,14 @@ class Ideal(Ensemble):
 
 
 def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
-    """A warning if the coil takes a good part of half a period for what ideal switches do at once.
+    """A warning if the coil needs a good part of half a period for the inversion that ideal switches make at once.
 
     Under a sinusoid SSHI and SECE were off by up to 3 times that part of the power (`python
     benchmarks/products.py`).
     """
     from harvester.circuits.idealised import switching_time
 
-    assert problem.circuit is not None, "the engine serves netlists only"
+    assert problem.circuit is not None, "the engine supports netlists only"
     eqs = problem.equations
     fastest = 1.0 if eqs.modes is None else eqs.modes.highest(eqs.spring[0], eqs.beta or 0.0)
     frequency = problem.scales.frequency * max(eqs.drive_frequency or 1.0, fastest)
@@ -158,8 +158,8 @@ def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
 
 
 def _low_voltage(problem: Problem, answer: Estimate) -> tuple[Diagnostic, ...]:
-    """A warning where a SECE's voltage is low beside what its diodes and its switch leave of it."""
-    assert problem.circuit is not None, "the engine serves netlists only"
+    """A warning if a SECE's voltage is low compared with the losses of its diodes and switch."""
+    assert problem.circuit is not None, "the engine supports netlists only"
     volts = math.sqrt(max(answer.mean_square_voltage.value, 0.0))
     low = (
         problem.physical
@@ -171,7 +171,7 @@ def _low_voltage(problem: Problem, answer: Estimate) -> tuple[Diagnostic, ...]:
 
 
 def _with_cause(error: SimulationError, problem: Problem) -> SimulationError:
-    """The error, with what a circuit remembers for longer than the mass, if that is the cause."""
+    """The error, with the memory of a circuit that outlasts the mass's, if that is the cause."""
     storage = None if problem.circuit is None else problem.circuit.storage
     w0 = problem.scales.frequency
     if storage is None or storage < LONG * 2.0 * math.pi / w0:

@@ -1,4 +1,4 @@
-"""What a circuit of ideal elements differs by from the same netlist as a compiled circuit, on the same noise.
+"""The difference between a circuit of ideal elements and the compiled netlist, on the same noise.
 
 Under a steady drive the periodic response of the compiled circuit is the judge.
 """
@@ -39,8 +39,8 @@ def difference_from_compiled(
 
     The trajectories of both begin in settled states of the ideal circuit and have the same noise.
     Near a stop they part all the same; controls make the difference of their means sharper.  Empty
-    if no compiled circuit serves or converges, if it forgets too slowly, and if it has not ended at
-    the ``deadline`` of `time.perf_counter`.
+    if no compiled circuit is possible or converges, if it forgets too slowly, and if it has not
+    ended at the ``deadline`` of `time.perf_counter`.
     """
     from harvester.circuits.beside_ideal import compiled_beside
     from harvester.circuits.compiled_circuit import compiled_circuit
@@ -48,7 +48,7 @@ def difference_from_compiled(
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
     settled = pair.trajectories
-    assert problem.circuit is not None, "engine ideal serves netlists"
+    assert problem.circuit is not None, "engine ideal supports netlists"
     if time.perf_counter() > deadline - FEWEST_SECONDS:
         return {}
     try:

@@ -230,7 +230,7 @@ class _Sampler:
         return np.stack(columns, axis=-1)
 
     def value(self, index: int, quantity: int) -> Value:
-        """A scene's mean with its errors of sampling and step (`sampling.mean_with_errors`)."""
+        """A scene's mean with its sampling and time-step errors (`sampling.mean_with_errors`)."""
         bias = abs(float(self.bias[index, quantity]))
         if self.designs.order[index] < STRONG:
             bias += Value(0.0, float(self.bias_error[index, quantity])).sampling95

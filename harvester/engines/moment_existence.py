@@ -12,7 +12,7 @@ from harvester.presentation.messages.unknown_parts import RARE_MOTIONS
 
 @dataclass(frozen=True)
 class MomentExistence:
-    """What the tail leaves of the means of V^2 and of the power: a warning, and the part of the error not known.
+    """The effect of the tail on the means of V^2 and of the power: a warning, and the part of the error not known.
 
     ``warning`` is None and ``unknown`` empty if mean and variance surely exist.  ``tail`` is None
     if all moments do.
@@ -32,7 +32,7 @@ class MomentExistence:
 
 
 def existence(problem: Problem, is_sampled: bool = True) -> MomentExistence:
-    """What is known before the run; ``is_sampled``: means need a finite variance as well.
+    """The known part before the run; ``is_sampled``: means need a finite variance as well.
 
     For a mass that nothing but its stiffness shakes, which comes to rest or grows, nothing is
     stated.

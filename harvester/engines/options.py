@@ -1,4 +1,4 @@
-"""Options of the engines: what they are, what they may be, and numbers that may be given as a text."""
+"""Options of the engines: their names, their ranges, and numbers that may be given as a text."""
 
 import math
 from collections.abc import Callable
@@ -19,14 +19,14 @@ def number(value: float | str | None) -> float | None:
 @dataclass_transform(kw_only_default=True, frozen_default=True)
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """Options of every engine: what derives from it is such a dataclass, which answers a misspelt keyword too.
+    """Options of every engine: a class that derives from it is such a dataclass, which also answers a misspelt keyword.
 
     within
-        relative total error of the mean power to reach (sampling at 95 % plus bias), such as 0.01
-        or "1%"; None: one round.  A formula cannot work towards it: it states where its own error
+        relative total mean-power error to reach (sampling at 95 % plus bias), such as 0.01
+        or "1%"; None: one round.  A formula cannot work towards it: it states if its own error
         is larger, or not known.
     budget
-        seconds that reaching it may take, such as 30 or "30s", burn-in included and compilation
+        seconds that reaching it may need, such as 30 or "30s", burn-in included and compilation
         not.  Runs of ngspice that have not ended then are given up; a burn-in of the mechanics is
         bounded by its steps, and may need longer.
     seed
@@ -50,7 +50,7 @@ class Request:
         )
         if within is not None and not self.FINEST <= within < 1.0:
             shown = given if isinstance(given, str) else f"{within:.3g}"
-            raise invalid("`within`", f"be between {100.0 * self.FINEST:g}% and 100%", shown)
+            raise invalid("`within`", f"be between {100.0 * self.FINEST:g} % and 100 %", shown)
         if not isinstance(self.seed, Integral) or self.seed < 0:
             raise invalid("`seed`", "be a whole number of at least 0", self.seed)
 

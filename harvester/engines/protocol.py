@@ -1,4 +1,4 @@
-"""What all engines share: their base, the checks that a problem is theirs, and the way to an Estimate."""
+"""The common part of all engines: their base, the checks that a problem is theirs, and the way to an Estimate."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -24,9 +24,9 @@ AnyScene: TypeAlias = Scene | Problem | str | Path
 
 
 class Engine:
-    """The base of all engines: what they have in common, and what each of them can.
+    """The base of all engines: their common part, and the abilities of each.
 
-    Studies, figures and pages ask for what an engine can, never for its name or its class.
+    Studies, figures and pages ask for an engine's abilities, never for its name or its class.
     """
 
     NAME: ClassVar[str]
@@ -60,7 +60,7 @@ class Engine:
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem, and what can; None if it can."""
+        """Why the engine does not support a problem, and one that does; None if it does."""
         return None
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
@@ -101,7 +101,7 @@ class Engine:
 
 
 def served(engine: type[Engine], scene: AnyScene) -> Problem:
-    """The problem of a scene that an engine serves; CannotServeError with the reason if it does not."""
+    """The problem of a scene that an engine supports; CannotServeError with the reason if it does not."""
     problem = Problem.of(scene)
     if (reason := engine.refusal(problem)) is not None:
         raise CannotServeError(reason)
@@ -109,7 +109,7 @@ def served(engine: type[Engine], scene: AnyScene) -> Problem:
 
 
 def needs_resistance(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine for load resistances cannot serve a netlist; None if the load is none."""
+    """Why an engine for load resistances does not support a netlist; None if the load is not one."""
     if problem.netlist is None:
         return None
     return refusal("needs_resistance", engine, engine=engine, netlist=problem.netlist)
@@ -118,7 +118,7 @@ def needs_resistance(problem: Problem, engine: str) -> Diagnostic | None:
 def needs_known_effects(
     problem: Problem, engine: type[Engine], unserved: frozenset[str]
 ) -> Diagnostic | None:
-    """Why an engine for load resistances cannot serve a netlist, or effects that it does not know; None: it can."""
+    """Why an engine for load resistances does not support a netlist, or effects that it does not know; None: it can."""
     effects = " and ".join(name for name in problem.effects if name in unserved)
     if problem.netlist is not None or not effects:
         return needs_resistance(problem, engine.NAME)
@@ -132,7 +132,7 @@ def needs_known_effects(
 def unknown_effects(
     problem: Problem, unserved: frozenset[str], who: str, instead: str
 ) -> Diagnostic | None:
-    """Why ``who`` cannot serve a scene with effects that it does not know; None if it knows all."""
+    """Why ``who`` does not support a scene with effects that it does not know; None if it knows all."""
     unknown = [name for name in problem.effects if name in unserved]
     return (
         refusal("unknown_effects", who=who, effects=" and ".join(unknown), instead=instead)
@@ -142,13 +142,13 @@ def unknown_effects(
 
 
 def needs_one_mode(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine of circuits, which has one mode, cannot serve a problem; None if the device has one."""
+    """Why an engine of circuits, which has one mode, does not support a problem; None if the device has one."""
     instead = "engine 'ensemble'" + ("" if problem.netlist is None else " with a load resistance")
     return unknown_effects(problem, SEVERAL_MODES, f"engine {engine!r}", instead)
 
 
 def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine of circuits, which serves nothing else, cannot serve a problem; None if it may.
+    """Why an engine of circuits, which supports nothing else, does not support a problem; None if it may.
 
     Raises InputError for a netlist without a solution.
     """
@@ -162,7 +162,7 @@ def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:
 
 
 def needs_compiled_circuit(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine cannot serve a netlist, of whose elements no compiled circuit is made; None if it can."""
+    """Why an engine does not support a netlist, of whose elements no compiled circuit is made; None if it can."""
     from harvester.circuits.compiled_circuit import compiled_circuit
 
     assert problem.circuit is not None, "a netlist is a circuit"
@@ -192,7 +192,7 @@ def impossible_power(problem: Problem, power: Value, bound: PowerBound | None) -
 
 
 def _not_yet_said(diagnostics: Sequence[Diagnostic], power: Value) -> list[Diagnostic]:
-    """A warning that a part of the power's error is not known, unless one of the ``diagnostics`` says so."""
+    """A warning that a part of the power's error is not known, unless one of the ``diagnostics`` states it."""
     said = has(diagnostics, *UNSETTLED, *ERROR_TOLD)
     return [warning("error_unknown", part=power.unknown)] if power.unknown and not said else []
 
@@ -211,7 +211,7 @@ def estimate(
 ) -> Estimate:
     """The answer in the scene's units, from a nondimensional E[V^2] and, if it is not beta mu E[V^2], E[P].
 
-    To its ``diagnostics`` (None: nothing to say) come those of the scene.
+    To its ``diagnostics`` (None: nothing to report) come those of the scene.
     """
     eqs = problem.equations
     units = problem.units

@@ -26,7 +26,7 @@ class Published(Formula):
 
     Parameters
     ----------
-    within, budget, seed
+    within, budget, seed : float or str or int, optional
         the options of `run`.
 
     Raises

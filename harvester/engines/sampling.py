@@ -1,4 +1,4 @@
-"""What the engines of trajectories share: the model, how many and how long, their burn-in, and what a mean is worth."""
+"""The common part of the engines of trajectories: the model, number and duration, burn-in, and the error of a mean."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ ENOUGH = 10.0  # times 1/rate, of a burn-in that makes the shares of the wells s
 
 @dataclass(frozen=True)
 class Model:
-    """What is simulated: the equations, the circuit if it is not a resistor, and what its power is made of.
+    """The simulation: the equations, the circuit if it is not a resistor, and the moments of its power.
 
     Nondimensional, the power is ``factor`` times the moment ``name``.
     """
@@ -58,14 +58,14 @@ class Model:
 
 
 class Sampler(Protocol):
-    """What samples a mean power, and can continue."""
+    """A sampler of a mean power that can continue."""
 
     def power_so_far(self) -> Value:
-        """The mean power with its errors, or what is in proportion to it."""
+        """The mean power with its errors, or a moment in proportion to it."""
         ...
 
     def improve(self, target: Target) -> Diagnostic | None:
-        """Add the effort that the target asks for; or add none, and say why it cannot be reached."""
+        """Add the effort that the target asks for; or add none, and state why it cannot be reached."""
         ...
 
 
@@ -80,7 +80,7 @@ def refine(sampler: Sampler, target: Target) -> Diagnostic | None:
 def affordable(
     steady: bool, circuit: "IdealCircuit | OwnCircuit | None", within: float | None = None
 ) -> int:
-    """Trajectories by default, between `FEWEST` and `TRAJECTORIES`: what each does before it counts is lost.
+    """Trajectories by default, between `FEWEST` and `TRAJECTORIES`: the burn-in of each is lost.
 
     Few if nothing is random, of a compiled circuit without a target, if each must wait long
     for a large capacitor, and if no more are needed for an error of ``within``: `PURSUING` with
@@ -104,10 +104,10 @@ def run_burn_in(
 ) -> list[Diagnostic]:
     """Burn in within a ``budget`` in seconds, as `harvester.mechanics.ensemble.burn_in.burn_in` does: its warnings.
 
-    Under shocks the step is made shorter before, unless it is fixed: what a grid of steps cannot
-    carry of a shock is left out, and near a stop that moves the impacts.  The bias that is measured
-    at twice the step sees that only if both steps carry nearly all of it.  Hops between unlike
-    wells that are too rare for their shares to become stationary are a warning of their own.
+    Under shocks the step is made shorter before, unless it is fixed: the part of a shock that a
+    grid of steps cannot carry is left out, and near a stop that moves the impacts.  The bias that is
+    measured at twice the step sees that only if both steps carry nearly all of it.  Hops between
+    unlike wells that are too rare for their shares to become stationary are a warning of their own.
     """
     from harvester.mechanics.ensemble.burn_in import burn_in
 
@@ -123,7 +123,7 @@ def run_burn_in(
 
 
 def _rare_hops(hops: "Hopping", h: float, problem: Problem) -> Diagnostic:
-    """The warning that hops are rare, how rare, and what an answer would take at a step of ``h``."""
+    """The warning that hops are rare, how rare, and the effort of an answer at a step of ``h``."""
     eqs, unit = problem.equations, problem.units
     metre = "m" if problem.physical else ""
     rates = None if problem.netlist is not None else hopping_rates(eqs)
@@ -144,7 +144,7 @@ def _rare_hops(hops: "Hopping", h: float, problem: Problem) -> Diagnostic:
 def first_duration(burn_in: float, spent: float, budget: float | None) -> float:
     """The time of the first averages: that of the burn-in, or less if the budget does not leave so much.
 
-    With them go trajectories of twice the step, which have the burn-in to make up for.
+    They are paired with trajectories of twice the step, which have the burn-in to make up for.
     """
     if budget is None:
         return burn_in
@@ -177,7 +177,7 @@ def with_model(value: Value, error: float | None, unknown: str) -> Value:
 def step_and_effort(
     pair: "RichardsonPair", name: str, within: float, unit: float, physical: bool
 ) -> Diagnostic:
-    """What was chosen for a target, and why."""
+    """The choice for a target, and why."""
     bias, error = pair.relative_bias(name)
     return note(
         "effort",
@@ -198,7 +198,7 @@ def agreement(
 
     They are compared by V^2 and by the moment ``name``, which the power is made of, whichever
     differs more.  None if they differ a little, or if all starts are known to come to one periodic
-    response: then they differ only by where in a step impacts and switchings lie.
+    response: then they differ only by the place within a step at which impacts and switchings lie.
     """
     of = {"V2": "E[V^2]", "load": "the load's power"}
     entries = {moment: getattr(moments, moment) for moment in ("V2", name)}
@@ -216,7 +216,7 @@ def agreement(
 def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
     """Power in less power out over power in, and its standard error; zeros if nothing gives power (docs/model.md).
 
-    N1 + N2 E[x^2] + 2 N12 E[x] + E[a x'] = E[f x'^2] + beta mu E[V^2] + what the stops took
+    N1 + N2 E[x^2] + 2 N12 E[x] + E[a x'] = E[f x'^2] + beta mu E[V^2] + the power lost in stops
     """
     if not (eqs.is_shaken or eqs.is_random):
         return 0.0, 0.0
@@ -229,7 +229,7 @@ def power_balance_bias(pair: "RichardsonPair", eqs: Equations) -> float:
     """Size of the step's part in the power balance: measured as that of a mean.
 
     Strong impacts make most of it, as a drift meets the stop at a speed that is off by order h^2.
-    No number of trajectories takes it away.  0 if nothing gives power.
+    No number of trajectories removes it.  0 if nothing gives power.
     """
     if not (eqs.is_shaken or eqs.is_random):
         return 0.0

@@ -1,4 +1,4 @@
-"""Which engines there are, which serve a problem and why the others do not, which are the default; and `run`."""
+"""Which engines there are, which support a problem and why the others do not, which are the default; and `run`."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ LOOKS.update({name: engine.LOOK for name, engine in ENGINES.items()})
 
 
 class EngineOptions(TypedDict, total=False):
-    """The options of engines (`harvester.engines.options.MonteCarloOptions`, `Spice`); each engine takes its own."""
+    """The options of engines (`harvester.engines.options.MonteCarloOptions`, `Spice`); each engine has its own."""
 
     within: float | str | None
     budget: float | str | None
@@ -77,13 +77,13 @@ def run(
 
     Parameters
     ----------
-    scene
+    scene : Scene, path or list of these
         The scene, or the path of a scene file. A list returns a list of estimates in the same order.
-    engine
+    engine : Engine or str, optional
         Name such as "spice", or an engine object such as ``hv.Spice(within="1%")``. Default: with
         ``within`` the cheapest engine that reaches it; otherwise `Exact` if it supports the scene,
         `Slow` for a chip behind a rectifier, `Spice` for other netlists, and `Ensemble`.
-    progress
+    progress : callable, optional
         Called with the completed fraction, from 0 to 1.
     options
         Options of the engine, by keyword; listed below.
@@ -170,7 +170,7 @@ def _share(progress: Progress | None, index: int, count: int, done: float) -> No
 
 
 def refusals(scene: AnyScene) -> dict[str, Diagnostic | None]:
-    """Every engine with the reason why it cannot serve a scene, None if it can.
+    """Every engine with the reason why it does not support a scene, None if it does.
 
     An engine that is about netlists only is not listed for another load.
     """
@@ -191,7 +191,7 @@ def default_engine(scene: AnyScene, **options: Any) -> str:
 
     `Spice` looks into the circuit, as ``probe`` and ``ledger`` ask for, and knows its errors.
 
-    That is where `Exact` does not support the scene, or the ``options`` are those of sampling.
+    That is if `Exact` does not support the scene, or the ``options`` are those of sampling.
     """
     given = {name for name, value in options.items() if value is not None}
     if given & {"probe", "ledger"}:
@@ -225,10 +225,10 @@ CHECKED = 0.05  # relative error of a check by ngspice
 
 
 def default_engines(scene: AnyScene) -> list[str]:
-    """The engines at every point of a sweep: the default, next to what costs little.
+    """The engines at every point of a sweep: the default, next to those that cost little.
 
     With a resistor these are formulas; for a linear scene `Exact` is alone.  No formula knows the
-    circuit power: next to `Spice` stands the circuit of ideal diodes and switches, `Ideal`, if
+    circuit power: next to `Spice` is the circuit of ideal diodes and switches, `Ideal`, if
     there is one.
     """
     problem = Problem.of(scene)

@@ -38,7 +38,7 @@ class Slow(Request, Engine):
 
     Parameters
     ----------
-    within, budget, seed
+    within, budget, seed : float or str or int, optional
         the options of `run`.
 
     Examples
@@ -73,7 +73,7 @@ class Slow(Request, Engine):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None where it can."""
+        """Why the engine does not support a problem; None if it does."""
         from harvester.storage.rectifier_cut import (
             cut_behind_rectifier,
             is_lossy_store,

@@ -19,7 +19,7 @@ Listener = Callable[[dict[str, Any]], None]
 
 
 class Background:
-    """A run in a process ``group`` of its own; ``listener`` gets each JSON object that it says, in a thread of its own.
+    """A run in a process ``group`` of its own; ``listener`` gets each of its JSON objects, in a thread of its own.
 
     The last one has ``answer``, ``error`` or ``cancelled``.
     """
@@ -53,7 +53,7 @@ class Background:
                 self._process.stdin.close()
 
     def _listen(self) -> None:
-        """Hand on what the process says; at its end, that it ended without a word if it did."""
+        """Hand on the output of the process; at its end, report if it ended without any."""
         ended = False
         with self._process as process:
             for line in process.stdout or ():
@@ -71,7 +71,7 @@ class Background:
             self._listener({"error": f"the run ended without an answer (status {status})"})
 
     def _end_group(self) -> None:
-        """Wait until the processes that the run started have ended, which free what they share, and kill those left."""
+        """Wait until the processes of the run have ended, which free their shared memory, and kill those left."""
         for _ in range(round(PATIENCE / LOOK)):
             if not this_system.group_lives(self.group):
                 return

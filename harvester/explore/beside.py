@@ -1,4 +1,4 @@
-"""What is known of a design beside its power: how far one path went, and how a chip or a node lives of it."""
+"""Further facts of a design: how far one path reached, and the supply of a chip or a node."""
 
 import json
 from typing import Any
@@ -25,13 +25,13 @@ def of_path(scene: Scene, path: dict[str, Any]) -> dict[str, str]:
 
 # A chip's parameters: the store's voltage at which its output begins and ends, and the output's.
 _THRESHOLDS = {"Vrise": "output begins at", "Von": "output begins at", "Vfall": "output ends at"}
-_THRESHOLDS |= {"Voff": "output ends at", "Vreg": "voltage of the output"}
+_THRESHOLDS |= {"Voff": "output ends at", "Vreg": "output voltage"}
 # what is known of a chip's load, with others; see `harvester.storage.steady_power.of_load`
 CHIP = "load_on"
 
 
 def of_chip(details: dict[str, float], values: dict[str, float]) -> list[tuple[str, str]]:
-    """The rows of a chip: what engine `slow` tells of its load and store, and its thresholds among the ``values``."""
+    """The rows of a chip: the results of engine `slow` for its load and store, and its thresholds in ``values``."""
     known = [
         (GLOSSARY[name], details[name])
         for name in details
@@ -47,7 +47,7 @@ def of_chip(details: dict[str, float], values: dict[str, float]) -> list[tuple[s
 
 
 def of_coil(problem: Problem) -> dict[str, str]:
-    """How well the coil of a scene's circuit rings with its piezo, if it has one: what SSHI and SECE live of."""
+    """How well the coil of a scene's circuit rings with its piezo, if it has one: the basis of SSHI and SECE."""
     circuit = problem.circuit
     piezo = problem.scene.piezo
     quality = (
@@ -60,7 +60,9 @@ def sentence(path: dict[str, Any], sizes: dict[str, str]) -> str:
     """A path and its sizes in words."""
     hits = "" if path["impacts"] is None else f", {path['impacts']} impacts since rest"
     words = ", ".join(f"{name} {size}" for name, size in sizes.items())
-    text = f"the last 12 periods of one path by {path['engine']}{hits}: {words}; a path is no mean"
+    text = (
+        f"the last 12 periods of one path by {path['engine']}{hits}: {words}; a path is not a mean"
+    )
     return "; ".join((text, *path["not_drawn"]))
 
 
@@ -85,7 +87,7 @@ class Beside:
 
 
 def _design(tables: dict[str, Any]) -> str:
-    """What identifies a design, but for its title."""
+    """The identity of a design, but for its title."""
     return json.dumps(
         {name: entries for name, entries in tables.items() if name != "title"}, sort_keys=True
     )

@@ -1,4 +1,4 @@
-"""What a page computes when a knob turns, in threads and in a worker process: the server itself only hands on."""
+"""The computations of a page when a knob turns, in threads and in a worker process: the server itself only hands on."""
 
 import dataclasses
 import functools
@@ -37,7 +37,7 @@ PATIENCE = 60.0
 
 
 class PageRequest(NamedTuple):
-    """What is to be computed: the draft, its scene, that as tables, and the key, its value and range on the axis."""
+    """A computation: the draft, its scene, that as tables, and the key, its value and range on the axis."""
 
     draft: Draft
     scene: Scene
@@ -48,21 +48,21 @@ class PageRequest(NamedTuple):
 
 
 class Shown(Protocol):
-    """What is done with the answers, on the server's thread: see `harvester.explore.page.Explorer`."""
+    """The actions on the answers, on the server's thread: see `harvester.explore.page.Explorer`."""
 
     def show(self, request: PageRequest, snapshot: Live, rested: bool) -> None:
-        """Draw what the formulas say; in all its words if the knobs have ``rested``.
+        """Draw the formulas' results; in all its words if the knobs have ``rested``.
 
         Without ``serving`` it is that of a circuit whose power is to be drawn first.
         """
         ...
 
     def show_power(self, request: PageRequest, answer: dict[str, Any]) -> None:
-        """Draw and state what the circuit itself gives; ``error``: why that is not known."""
+        """Draw and state the circuit's own results; ``error``: why that is not known."""
         ...
 
     def mean(self, text: str, warnings: list[str]) -> None:
-        """State what the numbers mean."""
+        """State the meaning of the numbers."""
         ...
 
     def fail(self, text: str) -> None:
@@ -70,7 +70,7 @@ class Shown(Protocol):
         ...
 
     def say_of_path(self, text: str) -> None:
-        """State how it stands with the path."""
+        """State the progress of the path."""
         ...
 
     def show_path(self, request: PageRequest, path: dict[str, Any]) -> None:
@@ -102,7 +102,7 @@ class Computing:
         self._fine_work: Newest[PageRequest] = Newest(POOL, self._fine_power)
 
     def ask(self, request: PageRequest) -> None:
-        """Compute all of it anew; what was asked for before is given up."""
+        """Compute all of it anew; earlier requests are given up."""
         self._live_work.ask(request)
 
     def close(self) -> None:
@@ -153,7 +153,7 @@ class Computing:
     def _show(
         self, request: PageRequest, snapshot: Live | None, rested: bool, more: bool = False
     ) -> None:
-        """Hand what the formulas say to the page; if ``more`` is to come, with the others' curves as they were."""
+        """Hand the formulas' results to the page; if ``more`` is to come, with the others' curves as they were."""
         if snapshot is not None:
             shown = self._shown
             if (
@@ -170,7 +170,7 @@ class Computing:
             self._soon(functools.partial(self._page.show, request, snapshot, rested))
 
     def _trace(self, request: PageRequest, overtaken: Overtaken) -> None:
-        """In a thread: what the numbers mean, and one path of the scene, from a process of its own."""
+        """In a thread: the meaning of the numbers, and one path of the scene, from a process of its own."""
         if not self._path_work.rests(RESTED):
             return
         try:
@@ -182,9 +182,7 @@ class Computing:
         if overtaken():
             return
         self._soon(
-            lambda: self._page.say_of_path(
-                "computing a path ... (what is new here is compiled first)"
-            )
+            lambda: self._page.say_of_path("computing a path ... (new code is compiled first)")
         )
         path = self._elsewhere(in_worker.path, request, overtaken, PATIENCE)
         if path is not None and "error" in path:
@@ -198,7 +196,7 @@ class Computing:
         self._foresee(request, overtaken)
 
     def _power(self, request: PageRequest, overtaken: Overtaken) -> None:
-        """In a thread: what the circuit itself gives, at once, from a process."""
+        """In a thread: the circuit's own results, at once, from a process."""
         answer = self._power_at_once(request, overtaken, HASTE, True)
         if answer is not None and "error" not in answer:
             self._soon(functools.partial(self._page.show_power, request, answer))
@@ -207,7 +205,7 @@ class Computing:
     def _power_at_once(
         self, request: PageRequest, overtaken: Overtaken, patience: float, first: bool
     ) -> dict[str, Any] | None:
-        """What the circuit gives, from memory if it was asked for before; None once that is overtaken."""
+        """The circuit's results, from memory if it was asked for before; None once that is overtaken."""
         name = json.dumps(request.tables, sort_keys=True)
         how = in_worker.QUICK
         given = in_worker.power, request, overtaken, patience, *how
@@ -219,7 +217,7 @@ class Computing:
         return answer
 
     def _foresee(self, request: PageRequest, overtaken: Overtaken) -> None:
-        """What the other circuits would give, which is there at once if one of them is chosen."""
+        """The results of the other circuits, which are there at once if one of them is chosen."""
         for name in circuits.names() if request.draft.physical else ():
             draft = request.draft.copy()
             if overtaken() or self._ended.is_set():
@@ -266,7 +264,7 @@ class Computing:
         *how: float,
         first: bool = False,
     ) -> dict[str, Any] | None:
-        """What a function of `in_worker` gives; ``error`` why it does not, None if it was overtaken."""
+        """The result of a function of `in_worker`; ``error`` why it does not, None if it was overtaken."""
         try:
             return in_worker.elsewhere(
                 job, (request.tables, *how), overtaken, self._ended.is_set, patience, first

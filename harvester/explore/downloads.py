@@ -1,4 +1,4 @@
-"""What can be removed from the page: the scene file, the figure, the report."""
+"""The downloads of the page: the scene file, the figure, the report."""
 
 import dataclasses
 from typing import Any

@@ -1,4 +1,4 @@
-"""The scene that a page works on: every key as the text that is in its field, and what is switched on.
+"""The scene that a page works on: every key as the text that is in its field, and the effects that are switched on.
 
 Long because keys, effects, circuit and files of a scene are one state, which is read and written as
 a whole.
@@ -35,17 +35,17 @@ piezo = { coupling = "1 mN/V", capacitance = "50.2 nF" }
 stop = { restitution = 0.96 }
 excitation = { acceleration_psd = "1e-5 g^2/Hz" }
 load = { resistance = "1 Mohm" }
-"""  # what a page without a scene begins with: examples/plate_with_stop.toml
+"""  # the first scene of a page without one: examples/plate_with_stop.toml
 
 
 class Draft:
-    """A scene under edit: it may be wrong at any moment, and `scene` states what is wrong.
+    """A scene under edit: it may be wrong at any moment, and `scene` states the fault.
 
     ``texts`` are those of all keys that were ever present, in or out of the scene; ``on`` the
     effects that are switched on; ``netlist`` the circuit, None for a resistance (or none);
-    ``files`` the paths of records by key; ``words`` the keys that are not number; ``load`` what a
-    flat netlist needs in addition; ``untouched`` the texts of elements as a user's own netlist has
-    them.
+    ``files`` the paths of records by key; ``words`` the keys that are not number; ``load`` the text
+    that a flat netlist needs in addition; ``untouched`` the texts of elements as a user's own
+    netlist has them.
     """
 
     def __init__(self, scene: Scene, raw: Mapping[str, Any] | None = None) -> None:
@@ -134,7 +134,7 @@ class Draft:
         return present(effect, self.on)
 
     def switch(self, effect: EffectCard, on: bool) -> None:
-        """Switch an effect on or off; on, others of its choice go off, and keys without a text get one."""
+        """Switch an effect on or off; on, others of its choice are switched off, and keys without a text get one."""
         same = self._said_otherwise(effect) if on else {}
         self.on.discard(effect)
         if on:
@@ -149,13 +149,13 @@ class Draft:
                     self.texts.setdefault(key, first_text(key, self._modal()))
 
     def _said_otherwise(self, effect: EffectCard) -> dict[str, str]:
-        """The texts of an effect's keys that say the present device in another way."""
+        """The texts of an effect's keys that describe the present device in another way."""
         modal = self._modal()
         values = {} if modal is None else modal.by_key()
         return {key: written(key, values[key]) for key in effect.keys if key in values}
 
     def _modal(self) -> ModalParameters | None:
-        """The device without what shakes, stops and loads it; None if it is wrong or nondimensional."""
+        """The device without excitation, stops and load; None if it is wrong or nondimensional."""
         tables: dict[str, dict[str, Any]] = {"oscillator": {}, "piezo": {}}
         for table, name in (key.split(".", 1) for key in self.present_keys()):
             if table in tables:
@@ -177,11 +177,11 @@ class Draft:
             self.texts[key] = normal(key, text)
 
     def turn(self, key: str, value: float) -> None:
-        """Take a value in SI units, in the unit of the text that stood there."""
+        """Set a value in SI units, in the unit of the present text."""
         self.texts[key] = written(key, value, self.texts.get(key, ""))
 
     def choose(self, netlist: str | None) -> None:
-        """Take another circuit (None: a resistance); a load resistance that was known goes along."""
+        """Choose another circuit (None: a resistance), with a known load resistance."""
         before = self.texts.get(
             PARAMETER + "R" if self.netlist is not None else RESISTANCE, "1 Mohm"
         )
@@ -241,7 +241,7 @@ class Draft:
         return tables | self.beside | (self.carried if self.netlist is not None else {})
 
     def _in_file(self, key: str) -> Any:
-        """What a scene file has for a key; None if it has no text."""
+        """The entry of a scene file for a key; None if it has no text."""
         if key.partition(".")[2] in FILES:
             if key not in self.files:
                 raise InputError(
@@ -267,7 +267,7 @@ class Draft:
         return Scene(**self.tables())
 
     def toml(self) -> str:
-        """The scene file, values as they were typed; paths of files are those beside the scene file."""
+        """The scene file, values as they were typed; paths of files are those next to the scene file."""
         import tomli_w
 
         tables = self.tables()
@@ -291,7 +291,7 @@ class Draft:
 
 
 def _taken(tables: dict[str, Any]) -> dict[str, Any]:
-    """The tables that the page has no knobs for, taken out of a scene's: they stay as they are."""
+    """The tables that the page has no knobs for, removed from a scene's: they stay as they are."""
     return {
         table: tables.pop(table)
         for table in (Mode.TABLE, Magnifier.TABLE, Ball.TABLE)

@@ -1,4 +1,4 @@
-"""What can be switched on and off as a whole on the page, with the keys of the scene that it has."""
+"""The effects that can be switched on and off as a whole on the page, with the keys of the scene that it has."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -148,8 +148,8 @@ AWAY = ("load", "storage", "node", "chip", "mode", "magnifier", "ball")
 def effects(physical: bool) -> tuple[EffectCard, ...]:
     """All effects of a physical or of a nondimensional scene, in the order of the page.
 
-    A key that is not listed above is an effect of its own, under what the key itself states that it
-    is.
+    A key that is not listed above is an effect of its own, under the words by which the key itself
+    states that it is.
     """
     listed = PHYSICAL if physical else NONDIMENSIONAL
     known = {key for effect in listed for key in effect.keys}
@@ -169,10 +169,10 @@ def effects(physical: bool) -> tuple[EffectCard, ...]:
 
 
 def present(effect: EffectCard, on: set[EffectCard]) -> bool:
-    """Whether an effect that is among those switched ``on`` counts: what it needs must be on too."""
+    """Whether an effect that is among those switched ``on`` counts: those that it needs must also be on."""
     return effect in on and possible(effect, on)
 
 
 def possible(effect: EffectCard, on: set[EffectCard]) -> bool:
-    """Whether an effect could be present beside those switched ``on``: what it needs is among them."""
+    """Whether an effect could be present with those switched ``on``: those that it needs are among them."""
     return not effect.needs or any(effect.needs in (other.label, other.choice) for other in on)

@@ -1,4 +1,4 @@
-"""What a key of the scene is when its effect is switched on for the first time."""
+"""The value of a key of the scene when its effect is switched on for the first time."""
 
 import math
 

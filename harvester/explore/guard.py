@@ -2,7 +2,7 @@
 
 A path begins with the token of the address, the host is this machine's at the server's port, and
 the origin, which browsers send with a websocket and from another page, is that as well.  Anything
-else is 403 at once, and its connection is closed.  What the server logs is one line each, without
+else is 403 at once, and its connection is closed.  The server logs one line each, without
 the token.
 """
 
@@ -126,7 +126,7 @@ class _Refusal(HTTPMessageDelegate):
         self._connection.finish()
 
     def data_received(self, chunk: bytes) -> None:
-        """Forget what comes all the same."""
+        """Forget data that arrive all the same."""
 
 
 class OneLine(logging.Formatter):

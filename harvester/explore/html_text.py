@@ -1,4 +1,4 @@
-"""What the page says in words, as HTML: answers with their errors, what the numbers mean, warnings, differences.
+"""The words of the page, as HTML: answers with their errors, the meaning of the numbers, warnings, differences.
 
 All that comes from a scene is escaped.
 """
@@ -64,10 +64,10 @@ def without_knobs(tables: Iterable[str]) -> str:
 
 
 class Power(NamedTuple):
-    """The power at a working point, of the engine nearest to the truth: in W or nondimensional, as ``unit`` says.
+    """The power at a working point, of the engine nearest to the truth: in W or nondimensional, by ``unit``.
 
     ``error`` is the known part of its 95 % error, None if nothing is; ``known`` states that this is
-    all of it; ``share`` is that of the most that any device of this mass could take, None if no
+    all of it; ``share`` is that of the most that any device of this mass could absorb, None if no
     bound applies.
     """
 
@@ -80,7 +80,7 @@ class Power(NamedTuple):
 
 
 def power_here(live: Live, runs: Sequence[dict[str, Any]]) -> Power | None:
-    """The power of the design itself: that of the last of its ``runs``, which goes before a formula that is not exact.
+    """The power of the design itself: that of the last of its ``runs``, which precedes a formula that is not exact.
 
     A circuit's power is never that of a resistor in its place: None until a run has it.
     """
@@ -102,7 +102,7 @@ def power_here(live: Live, runs: Sequence[dict[str, Any]]) -> Power | None:
 def headline(
     live: Live, runs: Sequence[dict[str, Any]], why: str = "", beside: Sequence[str] = ()
 ) -> str:
-    """The working point in large letters: its power with the total error, and what is known ``beside`` it.
+    """The working point in large letters: its power with the total error, and the known facts ``beside`` it.
 
     If it is not known the page reports it, and ``why``, or that it is being computed.
     """
@@ -124,7 +124,7 @@ def headline(
 
 
 def _large(number: str, error: str, by: str, at: float) -> str:
-    """A number in large letters, its error beside it, below it whose it is; the page's code has the place ``at``."""
+    """A number in large letters, its error next to it, below it whose it is; the page's code has the place ``at``."""
     head = f'{escape(plain(number))} <span class="error95">{escape(plain(error))}</span>'
     return f'<div class="power" data-at="{at!r}">{head}</div><div class="by">{by}</div>'
 
@@ -181,7 +181,7 @@ def warnings(live: Live, runs: Sequence[dict[str, Any]], more: Sequence[str] = (
 
 
 def life(answer: dict[str, Any]) -> str:
-    """How the node lives, as `in_worker.life` tells it, or why that is not known (``error``); or a chip."""
+    """How the node lives, by `in_worker.life`, or why that is not known (``error``); or a chip."""
     if "error" in answer:
         return f'<div class="by">The node: {escape(plain(answer["error"]))}</div>'
     remarks = "".join(f"<li>{escape(plain(remark))}</li>" for remark in answer["remarks"])
@@ -192,7 +192,7 @@ def life(answer: dict[str, Any]) -> str:
 
 
 def meanings(problem: Problem) -> tuple[str, list[str]]:
-    """What the scene's numbers mean, as HTML, and the warnings among it."""
+    """The meaning of the scene's numbers, as HTML, and the warnings among it."""
     if not problem.physical:
         known = {f"{key.table}.{key.name}": key.meaning for key in keys()}
         rows = [
@@ -223,7 +223,7 @@ def difference(
     after: Power | None,
     beside: tuple[Mapping[str, str], Mapping[str, str]] = ({}, {}),
 ) -> str:
-    """Two designs side by side: the keys in which they differ, their powers, and what is known ``beside`` of each."""
+    """Two designs side by side: the keys in which they differ, their powers, and the known facts ``beside`` of each."""
     cells = [
         (name.replace("load.parameters.", "").replace(".", ": ").replace("_", " "), *rest)
         for name, *rest in rows

@@ -1,6 +1,6 @@
 """A path of a scene, its circuit's power and its node's day, for the page, in a worker process of their own.
 
-What they compile holds nobody up.
+Their compilation delays nobody.
 """
 
 import math

@@ -3,7 +3,7 @@
 The scene's tables are a JSON object, the first line of stdin.  Stdout gets a JSON object a line:
 ``fraction`` done, and at the end ``answer`` (as `harvester run --json`) with ``row`` (of a sweep),
 and ``power`` and ``voltage`` in words, or ``error``.  The process ends when stdin does, for then
-the page's program is gone.
+the page's program has ended.
 """
 
 import json
@@ -48,7 +48,7 @@ def _answer(tables: dict[str, Any], engine: str, within: str) -> dict[str, Any]:
 
 
 def told_of(estimate: "Estimate") -> dict[str, Any]:
-    """What a page is reported of an answer."""
+    """The report of an answer to a page."""
     from harvester.studies.sweep.rows import SweepRow
 
     units = estimate.unit_names

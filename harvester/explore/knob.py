@@ -1,4 +1,4 @@
-"""One key on the page: a field and a slider for a number, a choice or a text for what is none."""
+"""One key on the page: a field and a slider for a number, a choice or a text for anything else."""
 
 from collections.abc import Callable
 from typing import Any, ClassVar
@@ -69,7 +69,7 @@ class Knob:
         return self.draft.value(self.key) if self.key in self.draft.texts else 0.0
 
     def refresh(self) -> None:
-        """Show what the draft says."""
+        """Show the draft."""
         self._quiet = True
         if self.key in self.draft.texts:
             value = self._value()
@@ -128,7 +128,7 @@ class WordKnob:
         return self.draft.words.get(self.key, "")
 
     def refresh(self) -> None:
-        """Show what the draft says."""
+        """Show the draft."""
         self._quiet = True
         self.view.value = self._word()
         self._quiet = False

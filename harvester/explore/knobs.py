@@ -83,7 +83,7 @@ class Knobs:
         return self._blocks[effect]
 
     def _fill(self, effect: EffectCard) -> None:
-        """Make the knobs of an effect when it is first present: most never are, and each takes its time."""
+        """Make the knobs of an effect when it is first present: most never are, and each needs some time."""
         body = self._bodies[effect]
         if not body.objects:
             body.objects = [
@@ -132,7 +132,7 @@ class Knobs:
             document.add_timeout_callback(self._refresh_load, AFTER)
 
     def _refresh_load(self) -> None:
-        """Make the knobs of another load, and show what the draft says of the others."""
+        """Make the knobs of another load, and show the draft's values of the others."""
         self._fill_load()
         self._load.styles = {}
         self.refresh()
@@ -158,7 +158,7 @@ class Knobs:
         self._changed("")
 
     def refresh(self) -> None:
-        """Show what the draft says: values, switches, what is there to be seen, and the circuit."""
+        """Show the draft: values, switches, the visible parts, and the circuit."""
         self._quiet = True
         for effect in self._blocks:
             self._refresh_effect(effect)

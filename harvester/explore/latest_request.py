@@ -1,4 +1,4 @@
-"""Work on the newest request only: what was asked for meanwhile and overtaken is never begun."""
+"""Work on the newest request only: a request that was overtaken meanwhile is never begun."""
 
 import contextlib
 import threading
@@ -12,9 +12,10 @@ T = TypeVar("T")
 class Newest(Generic[T]):
     """Runs ``work(request, overtaken)`` in a pool, one request at a time, always the newest.
 
-    The work tells of its own errors: one that it raises is lost, and the next request continues.
+    The work reports its own errors: one that it raises is lost, and the next request continues.
 
-    ``overtaken()`` tells the work that a newer request waits, so that it may end early.  `ask` never waits.
+    ``overtaken()`` informs the work that a newer request waits, so that it may end early.  `ask`
+    never waits.
     """
 
     def __init__(self, pool: Executor, work: Callable[[T, Callable[[], bool]], None]) -> None:

@@ -12,7 +12,7 @@ MOST_LETTERS = 20_000  # of the scene in a link
 
 
 def held(draft: Draft) -> str | None:
-    """What a link holds of a design; None if it needs files of its own, which no link has."""
+    """The part of a design in a link; None if it needs files of its own, which no link has."""
     if draft.files or "/" in (draft.netlist or ""):
         return None
     return base64.urlsafe_b64encode(zlib.compress(draft.toml().encode(), 9)).decode()
@@ -21,7 +21,7 @@ def held(draft: Draft) -> str | None:
 def opened(text: str) -> Draft:
     """The draft that a link holds.
 
-    Raises InputError for what is no such link, and as `harvester.scene.toml.loads`, also for files
+    Raises InputError for any other text, and as `harvester.scene.toml.loads`, also for files
     of its own, and for more parameters than uploads may have.
     """
     reader = zlib.decompressobj()

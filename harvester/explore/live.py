@@ -52,7 +52,7 @@ class PowerCurve:
 
 @dataclass(frozen=True)
 class Live:
-    """What the formulas say of a scene: a curve each, the answer at the working point, or why there is none.
+    """The formulas' results for a scene: a curve each, the answer at the working point, or why there is none.
 
     ``instead`` states that the load is a netlist, which no formula knows: the curves are those of a
     resistor of the same resistance in its place.  ``earlier`` names the curves that are of the

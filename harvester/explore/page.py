@@ -1,6 +1,6 @@
-"""One user's page: its draft, its pictures, and what happens when a knob turns.
+"""One user's page: its draft, its pictures, and its reactions when a knob turns.
 
-Long because every part of the page is reported here of what is computed.
+Long because every part of the page hears here of each result.
 """
 
 import tempfile
@@ -125,7 +125,7 @@ class Explorer:
         self._computing.ask(self._request)
 
     def _axis(self) -> tuple[str, float, Slide]:
-        """The key of the axis, its value and its range; the load if the key that was chosen is gone."""
+        """The key of the axis, its value and its range; the load if the chosen key has disappeared."""
         options = self.draft.present_keys()
         if not options:
             raise InputError(
@@ -143,11 +143,11 @@ class Explorer:
         self.error.object = html_text.problem_line(text)
 
     def say_of_path(self, text: str) -> None:
-        """State how it stands with the path."""
+        """State the progress of the path."""
         self.path_told.object = f'<div class="by">{escape(html_text.plain(text))}</div>'
 
     def show_path(self, request: PageRequest, path: dict[str, Any]) -> None:
-        """Draw a path, and say next to the power how far it went."""
+        """Draw a path, and state next to the power how far it reached."""
         self.paths.show(path)
         sizes = of_path(request.scene, path)
         self.say_of_path(sentence(path, sizes))
@@ -160,12 +160,12 @@ class Explorer:
             self._known_beside(request, life["short"])
 
     def _known_beside(self, request: PageRequest, facts: dict[str, str]) -> None:
-        """Keep what is known next to the power of a design, of those that are shown, and say it."""
+        """Keep the facts next to the power of a design, of those that are shown, and state them."""
         self._beside.add(request.tables, facts, self.pinned[0] if self.pinned else None)
         self._draw_words()
 
     def soon(self, action: Callable[[], None]) -> None:
-        """Call a function on the server's thread, where the page may change; nothing if it is gone."""
+        """Call a function on the server's thread, on which the page may change; nothing if it is closed."""
         document = self.document
         if document is None or document.session_context is None or self._ended.is_set():
             return
@@ -177,7 +177,7 @@ class Explorer:
         document.add_next_tick_callback(act)
 
     def show(self, request: PageRequest, snapshot: Live, rested: bool) -> None:
-        """Draw what the formulas say, and let those engines be run that support the scene.
+        """Draw the formulas' results, and let those engines be run that support the scene.
 
         Tables make the browser lay out the whole page anew, and wait until the knobs have
         ``rested``.  If it is not known yet which engines support it, the picture waits for the
@@ -192,7 +192,7 @@ class Explorer:
             self._draw(rested)
 
     def show_power(self, request: PageRequest, answer: dict[str, Any]) -> None:
-        """Draw and state what the circuit itself gives; ``error``: why that is not known."""
+        """Draw and state the circuit's own results; ``error``: why that is not known."""
         if "error" in answer:
             self._unknown = request.tables, answer["error"]
         else:
@@ -209,12 +209,12 @@ class Explorer:
         self._beside.add(request.tables, dict(rows[:2]), self.pinned[0] if self.pinned else None)
 
     def mean(self, text: str, warnings: list[str]) -> None:
-        """State what the numbers mean."""
+        """State the meaning of the numbers."""
         self.meaning.object, self._warnings = text, warnings
         self._draw_words()
 
     def _draw(self, rested: bool = True) -> None:
-        """Draw what is known, and state it in all its words if the knobs have ``rested``."""
+        """Draw the results, and state them in all its words if the knobs have ``rested``."""
         if self.live is None:
             return
         self._draw_words(rested)
@@ -239,7 +239,7 @@ class Explorer:
 
     def _draw_curves(self) -> None:
         """Draw the curves, the runs and the pinned design."""
-        assert self.live is not None and self.power is not None, "what is drawn"
+        assert self.live is not None and self.power is not None, "the drawing"
         request = self._drawn
         pinned = None
         if self.pinned and self.pinned[1].key == request.key:
@@ -284,7 +284,7 @@ class Explorer:
         return [run for run in self.runs.shown(tables, live.key) if run["x"] == live.at]
 
     def _point(self) -> tuple[dict[str, Any], str, float] | None:
-        """The working point for a run in the background: what the knobs say, be it drawn yet or not."""
+        """The working point for a run in the background: the knobs' values, be it drawn yet or not."""
         return (
             None
             if self._request is None

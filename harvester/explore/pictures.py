@@ -249,7 +249,7 @@ def _put(source: ColumnDataSource, data: dict[str, Any]) -> None:
 def axis_end(top: float, now: float) -> float:
     """The end of an axis from 0 that shows ``top``: the one that it has ``now`` while that fits, else a round number.
 
-    A curve then moves before a scale that stands, and the browser need not set the axis anew at
+    A curve then moves before a fixed scale, and the browser need not set the axis anew at
     every step.
     """
     if not top > 0.0:
@@ -274,7 +274,7 @@ def _columns(curve: PowerCurve | None, scaled: float) -> dict[str, Any]:
 
 
 def pinned_curve(live: Live, runs: list[dict[str, Any]]) -> tuple[Floats, Floats] | None:
-    """The power of a pinned design over the key: of the engine nearest to the truth, a circuit's by its own ``runs``.
+    """The power of a pinned design over the key: that of the engine nearest to the truth, or a circuit's own ``runs``.
 
     Never the curve of a resistor in a circuit's place; None if nothing is known yet.
     """

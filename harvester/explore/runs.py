@@ -24,7 +24,7 @@ class RunPanel:
     """The buttons of a page and the points of its runs.
 
     ``point`` gives tables, key and value of the working point, or None; ``changed`` is reported
-    when a run has ended; ``soon`` calls a function where the page may be changed.
+    when a run has ended; ``soon`` calls a function on the page's thread.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class RunPanel:
         return button(name, f"{kind}-{engine}", lambda: action(engine), right=6)
 
     def serve(self, refusals: dict[str, Diagnostic | None]) -> None:
-        """Let those engines be run that support the scene, and say below why the others are greyed."""
+        """Let those engines be run that support the scene, and state below why the others are greyed."""
         reasons = [
             f"{name}: {why}"
             for name, why in refusals.items()
@@ -115,7 +115,7 @@ class RunPanel:
         self.bars[engine].value = -1
 
     def _take(self, engine: str, said: dict[str, Any]) -> None:
-        """Take what a run says."""
+        """Accept the output of a run."""
         if "fraction" in said:
             self.bars[engine].value = max(1, min(round(100 * said["fraction"]), 100))
             return
@@ -157,7 +157,7 @@ class RunPanel:
 
 
 def _point(engine: str, begun: Point, said: dict[str, Any]) -> dict[str, Any]:
-    """A run's answer as a point of the picture; ``error`` is what is known of its 95 % error, ``known`` if all is."""
+    """A run's answer as a point of the picture; ``error`` is the known part of its 95 % error, ``known`` if all is."""
     tables, key, at = begun
     power = said["answer"]["mean_power"]
     return {
@@ -178,7 +178,7 @@ def _point(engine: str, begun: Point, said: dict[str, Any]) -> dict[str, Any]:
 
 
 def without(tables: dict[str, Any], key: str) -> str:
-    """What identifies a design but for one key and its title."""
+    """The identity of a design but for one key and its title."""
     copy = json.loads(json.dumps(tables))
     copy.pop("title", None)
     table, *names = key.split(".")

@@ -1,6 +1,6 @@
 """The page's server: on one address, 127.0.0.1 unless another is asked for, and nothing without its token.
 
-The token is the first part of every path, so that the page, what it fetches and its websocket all
+The token is the first part of every path, so that the page, its resources and its websocket all
 carry it; any other request is refused before its body is read (`harvester.explore.guard`).
 """
 
@@ -43,7 +43,7 @@ class Server:
     """A server that is ready to be started on one address of this machine; ``url`` is its page with the token.
 
     Raises InputError for a ``host`` that is not an address of this machine, and for a ``port`` that
-    is taken.
+    is in use.
     """
 
     def __init__(self, first: Callable[[], Draft], port: int, host: str = HOST) -> None:
@@ -115,13 +115,13 @@ class Server:
 
 
 def report_failure(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-    """Report what failed while nobody waited for it, but not that a page was closed while it was being drawn."""
+    """Report an error for which nobody waited, but not that a page was closed while it was being drawn."""
     if not isinstance(context.get("exception"), WebSocketClosedError):
         loop.default_exception_handler(context)
 
 
 def hosts_of(host: str, port: int) -> tuple[str, ...]:
-    """What a request may name as its host: the address itself, and localhost if that is this machine's own."""
+    """The host names that a request may have: the address itself, and localhost if that is this machine's own."""
     bracketed = f"[{host}]" if ":" in host else host
     return (f"{bracketed}:{port}", *([f"localhost:{port}"] if host == HOST else []))
 
@@ -145,7 +145,7 @@ def free_port(port: int, host: str = HOST) -> int:
             listener.bind((host, port))
         except OSError as error:
             if error.errno == errno.EADDRNOTAVAIL:
-                raise InputError(f"{must}, but was '{host}', which is none") from None
+                raise InputError(f"{must}, but was '{host}', which is not one") from None
             raise InputError(
                 f"`port` must be free, but {port} is not: {error.strerror}; leave it out for any that is"
             ) from None

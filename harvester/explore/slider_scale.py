@@ -1,4 +1,4 @@
-"""Where a slider represents a value: by ratio for quantities over decades, evenly for a share of 1."""
+"""The place of a value on a slider: by ratio for quantities over decades, evenly for a share of 1."""
 
 import math
 from dataclasses import dataclass

@@ -30,7 +30,7 @@ _OWN_MEANING |= {"rest": "voltage at which the switch opens again (V)"}
 
 
 def meaning_of(key: str) -> str:
-    """What a key is, in words."""
+    """The meaning of a key, in words."""
     if key in _MEASURED:
         return _MEASURED[key][1]
     if key.startswith(_PARAMETERS):
@@ -83,7 +83,7 @@ def prefixed(value: float, unit: str) -> str:
 
 
 def normal(key: str, text: str) -> str:
-    """A text that a scene file takes, from one as it is typed: "470k" for a resistance becomes "470 kohm".
+    """A text for a scene file, from one as it is typed: "470k" for a resistance becomes "470 kohm".
 
     Raises InputError for a text that is not a value of the key.
     """
@@ -99,7 +99,7 @@ def normal(key: str, text: str) -> str:
 
 
 def in_file(key: str, text: str) -> float | str:
-    """What stands in a scene file for a text of the page: the text, or a number if it has no unit."""
+    """The entry in a scene file for a text of the page: the text, or a number if it has no unit."""
     return text if (split_unit(text) or (0.0, ""))[1] else read_value(key, text)
 
 

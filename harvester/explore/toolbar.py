@@ -1,4 +1,4 @@
-"""The buttons that pin a design, open files and save what the page shows."""
+"""The buttons that pin a design, open files and save the page's contents."""
 
 import io
 import os
@@ -25,7 +25,7 @@ ARROW = (  # Panel's own would be fetched from another server
 
 
 class PageShape(Protocol):
-    """What the files' buttons use of a page."""
+    """The part of a page that the files' buttons use."""
 
     draft: Draft
     live: Live | None
@@ -35,7 +35,7 @@ class PageShape(Protocol):
         ...
 
     def soon(self, action: Callable[[], None]) -> None:
-        """Call a function where the page may be changed."""
+        """Call a function on the page's thread."""
         ...
 
     def shown_runs(self) -> list[dict[str, Any]]:
@@ -57,7 +57,7 @@ class PinBar:
 
 
 class FilesBar:
-    """What opens files (``open``) and what saves them (``save``)."""
+    """The buttons that open files (``open``) and save them (``save``)."""
 
     def __init__(self, folder: Path, page: PageShape) -> None:
         self._folder, self._page = folder, page
@@ -137,7 +137,7 @@ class FilesBar:
         POOL.submit(self._read, draft, names, contents, axis)
 
     def _read(self, draft: Draft, names: list[str], contents: list[bytes], axis: str) -> None:
-        """Read the files in a thread of its own, so that no other page waits; then the page takes them."""
+        """Read the files in a thread of its own, so that no other page waits; then the page uses them."""
         try:
             changed, messages = uploads.take(
                 draft, uploads.keep(self._folder, names, contents), axis

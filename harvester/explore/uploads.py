@@ -40,7 +40,7 @@ def keep(folder: Path, names: list[str], contents: list[bytes]) -> list[Path]:
 
 
 def take(draft: Draft, paths: list[Path], axis: str) -> tuple[Draft, list[str]]:
-    """The draft with what the files bring, and what to tell of them: a scene first, then its netlist and record.
+    """The draft with the contents of the files, and the report of them: a scene first, then its netlist and record.
 
     ``axis`` is that of a record with several columns, empty for the only one.  Raises InputError in
     one line for anything that cannot be used; the draft that was given stays as it was.
@@ -76,7 +76,7 @@ def _record(draft: Draft, path: Path, axis: str) -> list[str]:
     """Make a record clean and let it shake the base."""
     if not draft.physical:
         raise InputError(
-            "a record must go with a scene in SI units, but this one is nondimensional"
+            "a record must be used with a scene in SI units, but this one is nondimensional"
         )
     try:
         report = record_spectra(clean(str(path), RecordFacts(axis=axis or None)))

@@ -1,4 +1,4 @@
-"""What all of the page is made of: words, fields and buttons in its looks, and boxes as wide as their place."""
+"""The parts of the page: words, fields and buttons in its looks, and boxes as wide as their place."""
 
 from collections.abc import Callable
 from typing import Any

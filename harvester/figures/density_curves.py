@@ -1,4 +1,4 @@
-"""The figure of the densities of a motion, with the histogram of one path behind them, and of a spectrum."""
+"""The figure of a motion's densities, with the histogram of one path behind them, and of a spectrum."""
 
 from typing import Any
 

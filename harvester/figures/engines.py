@@ -87,7 +87,7 @@ def _errors(here: Axes, answer: Estimate) -> None:
     here.set_yticks(range(len(parts)), [*parts])
     here.set_ylim(len(parts) - 0.5, -0.5)
     here.set_xlim(0.0, None if here.containers else 1.0)
-    here.set_xlabel("error of the mean power (%)")
+    here.set_xlabel("mean-power error (%)")
     here.set_title(f"{in_words(power, answer.unit_names.power)}: the parts of its error")
     here.grid(visible=False, axis="y")
 
@@ -224,7 +224,7 @@ def cost(answer: Cost, title: str | None) -> Plot:
         logarithm(here.yaxis)
         here.margins(0.18, 0.1)
         here.set_xlabel("time of the computation (s)")
-        here.set_ylabel("total error of the mean power (%)")
+        here.set_ylabel("total mean-power error (%)")
         entitle(figure, title, "The cost of accuracy in time")
         notes = ["Error: 95 % sampling + step + model, unknown parts at their upper bound."]
         notes += ["Hollow: without control variates, pairing or a settled start."] * any(

@@ -80,7 +80,7 @@ def _covered(box: Bbox, inside: Bbox, taken: Floats, boxes: Sequence[Bbox]) -> f
 
 
 def _drawn(axes: Axes) -> Floats:
-    """Places, shape (n, 2), in pixels, that lines, marks and bars of the axes go through."""
+    """Places, shape (n, 2), in pixels, that lines, marks and bars of the axes cover."""
     paths = [
         (line.get_xydata(), line.get_transform(), line.get_linestyle() != "None")
         for line in axes.lines

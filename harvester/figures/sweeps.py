@@ -86,7 +86,7 @@ def _draw(axes: Axes, engine: str, x: Floats, levels: Levels, look: dict[str, An
 
 
 def _band(axes: Axes, x: Floats, middle: Floats, error: Floats, look: dict[str, Any]) -> None:
-    """Draw an error that is stated rather than sampled as a pale band; of a point alone as a bar."""
+    """Draw an error that is stated rather than sampled as a pale band; for a single point as a bar."""
     if len(x) > 1 and look["linestyle"] == "none":
         return
     if len(x) == 1:
@@ -166,7 +166,8 @@ def _error_notes(table: SweepTable, groups: int) -> Iterator[str]:
     if any(power.stderr is not None for _, power in powers):
         points = Counter(engine for engine, _ in powers)
         what = "Bars" if max(points.values()) <= MOST_BARS * groups else "Bands"
-        yield f"{what}: 95 % of sampling, and step{'; of a ratio, of both' if len(table.engines) > 1 else ''}."
+        both = ", for a ratio those of both engines" if len(table.engines) > 1 else ""
+        yield f"{what}: 95 % interval of sampling and time step{both}."
     stated = _engines(
         powers, lambda p: p.stderr is None and p.known_error95 > VISIBLE * abs(p.value)
     )

@@ -148,8 +148,8 @@ def first_sample(t: Floats, y: Floats) -> int:
 def noise_of(y: Floats) -> float:
     """The noise of even samples: fourth differences, in which a smooth motion vanishes and a few impacts do not count.
 
-    White noise of variance s^2 gives them a variance of 70 s^2.  For few samples a swing it is too
-    high.
+    White noise of variance s^2 gives them a variance of 70 s^2.  For few samples per swing it is
+    too high.
     """
     return max(
         1.4826 * float(np.median(np.abs(np.diff(y, 4)))) / math.sqrt(70.0), 1e-9 * float(np.ptp(y))

@@ -20,7 +20,7 @@ def residual_rms(best: DeviceFit) -> float:
 
 
 def _relative(channel: Channel, noise: float) -> float:
-    """The rms residual of a channel: of a ring-down over its size, else as it is."""
+    """The rms residual of a channel: for a ring-down over its size, else as it is."""
     return (
         noise / max(float(np.std(channel.values)), 1e-300) if channel.name == "ring-down" else noise
     )

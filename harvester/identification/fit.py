@@ -1,4 +1,4 @@
-"""Least squares of all measurements at once, in the logarithms of what is above 0; outliers are left out.
+"""Least squares of all measurements at once, in the logarithms of positive quantities; outliers are left out.
 
 A channel is one file's sizes, its phases, or its ring-down.  Each has noise of its own, which its
 residuals determine: the fit is repeated with them as weights, first with a loss that outliers

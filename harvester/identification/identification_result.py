@@ -1,4 +1,4 @@
-"""The answer of `identify`: the parameters with their intervals, what is not determined, and how well the fit fits."""
+"""The answer of `identify`: parameters with intervals, undetermined parameters, and the quality of the fit."""
 
 import math
 from dataclasses import dataclass
@@ -41,19 +41,19 @@ class IdentificationResult(TableResult):
 
     Attributes
     ----------
-    parameters
+    parameters : tuple of Parameter
         each with its ``key``, ``value`` and 95 % interval ``low`` to ``high``, in its ``unit``.
-    missing
+    missing : tuple
         keys that the data do not determine, with a measurement that would.
-    residual_rms
+    residual_rms : float
         that of the logarithms of sizes, of angles in rad, and of ring-downs over their size.
-    names, correlations
+    names, correlations : tuple of str or ndarray
         the fitted parameters, and their correlations, shape (m, m).
-    points, left_out
+    points, left_out : int
         the number of measured points, and of those left out as outliers.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
-    fit
+    fit : DeviceFit
         the model that was fitted.
 
     Examples

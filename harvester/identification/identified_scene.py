@@ -1,4 +1,4 @@
-"""The scene file of an identified device: values with their intervals as comments, and what is still missing."""
+"""The scene file of an identified device: values with their intervals as comments, and the missing values."""
 
 import math
 from pathlib import Path
@@ -49,14 +49,14 @@ def text(result: IdentificationResult, title: str) -> str:
         for parameter in result.parameters
         if parameter.key.partition(".")[0] not in SCENE_TABLES
     ]
-    return "\n".join([*lines, *_second_mode(result), "", "# Measured too:", *rest]) + "\n"
+    return "\n".join([*lines, *_second_mode(result), "", "# Also measured:", *rest]) + "\n"
 
 
 def _second_mode(result: IdentificationResult) -> list[str]:
     """The table of a second mode as comments, as an impedance leaves open its part in the base's motion.
 
-    It determines theta^2/M: the mass is that of the first mode, which makes base and at_stop what
-    they are in that scale.
+    It determines theta^2/M: the mass is that of the first mode, which gives base and at_stop the
+    values that they are in that scale.
     """
     values = {
         parameter.key.removeprefix("mode.2."): parameter.value for parameter in result.parameters
@@ -65,13 +65,13 @@ def _second_mode(result: IdentificationResult) -> list[str]:
         return []
     mass = values["oscillator.mass"]
     rows = [
-        ("[[mode]]", "the second: take the # in front away once `base` is known"),
+        ("[[mode]]", "the second: remove the # in front once `base` is known"),
         (f"frequency = {values['frequency']:.9g}", "Hz, in short circuit"),
         (f"damping_ratio = {values['damping_ratio']:.9g}", ""),
-        (f"mass = {mass:.9g}", "kg, as the first, which sets the scale of what follows"),
+        (f"mass = {mass:.9g}", "kg, as the first, which sets the scale of the other values"),
         (
             f"coupling = {math.sqrt(values['coupling_squared_per_mass'] * mass):.9g}",
-            "N/V; its sign goes with that of base",
+            "N/V; its sign changes with that of base",
         ),
         ("base = ?", "not determined: participation in the base's acceleration"),
         ("at_stop = ?", "not determined: displacement at a stop over that of the mode"),

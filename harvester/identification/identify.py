@@ -44,10 +44,10 @@ def identify(
 
     Parameters
     ----------
-    files
+    files : str or list of str
         the path of a CSV file, or several, each with its state behind an @ if it needs one, such
         as "ringdown.csv@open".
-    known
+    known : mapping, optional
         scene keys that are not fitted, such as {"mass": "40 g"}: numbers in SI units, or texts with
         their unit.
 
@@ -83,7 +83,7 @@ def known_values(known: Mapping[str, float | str]) -> dict[str, float]:
         value = read_value(whole, text) if isinstance(text, str) else float(text)
         if whole == "oscillator.damping_ratio":
             if not value > 0.0:
-                raise invalid("oscillator.damping_ratio", "be above 0 where it is known", value)
+                raise invalid("oscillator.damping_ratio", "be above 0 if it is known", value)
             values["quality"] = 0.5 / value
         else:
             values[whole.partition(".")[2]] = value

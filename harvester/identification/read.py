@@ -183,7 +183,7 @@ def _responses(
             if loads is None and mine is None:
                 if of == "voltage":
                     raise InputError(
-                        f"{key} must say over which load the voltage was measured: write it behind the name, "
+                        f"{key} must name the load over which the voltage was measured: write it behind the name, "
                         f"as in {shown(label + '@100k')}, or @open"
                     )
                 mine = SHORT

@@ -21,18 +21,18 @@ class Execution:
 
     Parameters
     ----------
-    workers
+    workers : int, optional
         processes of this machine; None: one a core if there is work for them; 1: this one alone.
-    executor
+    executor : Executor
         one that computes in their place: from `concurrent.futures`, or the ``Client`` of a Dask
         scheduler.
-    resume
+    resume : bool, default False
         keep the rows of an earlier run of the same study in the folder ``out``.
-    out
+    out : path, optional
         the folder for the files of the study; without it nothing is written.
-    formats
+    formats : sequence of str
         forms of its figures in addition to .png: "svg", "pdf".
-    progress
+    progress : Progress
         is reported how far the study is: an object with the methods ``start()``, ``step(fraction,
         what)`` and ``close()``.
 
@@ -67,7 +67,7 @@ class Execution:
         for name in ("resume", "formats"):
             if getattr(self, name) and self.out is None:
                 raise InputError(
-                    f"`{name}` must go with `out`, the folder of the study, but there is none"
+                    f"`{name}` must be used with `out`, the folder of the study, but there is none"
                 )
 
     def only(self, study: str, *names: str) -> None:
@@ -76,7 +76,7 @@ class Execution:
             if field.name not in names and getattr(self, field.name) != field.default:
                 takes = ", ".join(f"`{name}`" for name in names)
                 raise InputError(
-                    f"the execution of {study} must have {takes} only, but has `{field.name}`"
+                    f"the execution of {study} must have only {takes}, but has `{field.name}`"
                 )
 
 

@@ -68,8 +68,8 @@ def create(
     """Create a worker process, which starts with its first job and ends after ``idle`` seconds without one.
 
     ``env`` is added to its environment; ``folder`` is its current folder, and its home.  The
-    modules that start it are not looked for in the current folder; later ones are searched where
-    the program that starts it looks for its own.
+    modules that start it are not looked for in the current folder; later ones are searched for
+    where the program that starts it looks for its own.
     """
     with _STARTING:
         _start_the_trackers()

@@ -1,4 +1,4 @@
-"""How far a periodic response goes: its RMS, and its largest displacement and voltage."""
+"""The size of a periodic response: its RMS, and its largest displacement and voltage."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ def peak(series: Floats) -> tuple[float, float]:
 
 
 class Swing:
-    """How far a periodic response goes: of its `motion`, shape (n, 2 or more), with x and V at each kick."""
+    """The size of a periodic response, from its `motion`, shape (n, 2 or more), with x and V at each kick."""
 
     @property
     def motion(self) -> Floats:

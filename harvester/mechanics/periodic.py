@@ -1,22 +1,22 @@
-"""Periodic states: where a map of a period comes back to, with far fewer periods than it takes to settle.
+"""Periodic states: the fixed points of a map of a period, with far fewer periods than settling needs.
 
-A mass and its circuit settle in their slowest mode, which for a large capacitor takes hundreds of
+A mass and its circuit settle in their slowest mode, which for a large capacitor lasts hundreds of
 periods; a state has a few such modes only.  Anderson's acceleration finds the fixed point y = f(y)
-from what the last periods did: of all combinations of the last f(y_i), of weights that add up to 1,
-it takes the one whose residuals f(y_i) - y_i leave least. (Anderson, J. ACM 12, 547, 1965; Walker
+from the last periods: among all combinations of the last f(y_i), with weights that add up to 1,
+it chooses the one whose residuals f(y_i) - y_i leave least. (Anderson, J. ACM 12, 547, 1965; Walker
 and Ni, SIAM J. Numer. Anal. 49, 1715, 2011.)
 
-What the changes between periods were is worth as much for a neighbouring map, of a smaller step or
-another frequency: a way may begin with those of another one (`Secants`), and then takes two or
+The changes between periods are worth as much for a neighbouring map, of a smaller step or
+another frequency: a way may begin with those of another one (`Secants`), and then needs two or
 three periods.
 
 For a state y only the slow parts ``slow`` @ y count in a residual, and each group of them relative
-to its size; the rest (nodes between diodes, say) goes along.  If the way ends, what a period
-changes in a store that holds the energy of many periods is reported relative to what flows through
+to its size; the rest (nodes between diodes, say) follows.  If the way ends, the change by a period
+of a store that holds the energy of many periods is reported relative to the flow through
 it in one, for so far is its state from the fixed point's, relative to its size.  The remainder of
 the way is estimated by the next step of the same rule.
 
-That step goes only where the last periods went.  For a change f(y) - y in any other direction nothing
+That step leads only along the last periods.  For a change f(y) - y in any other direction nothing
 is known but that it may continue for as long as the slowest mode does, of which it may be one
 period's part: it counts so many times (`Settling.unexplained`), and if that is too much, each slow
 part is moved by itself (`Settling.learn`).
@@ -93,12 +93,14 @@ class Secants:
 class Settling:
     """The way to a fixed point of ``turn``.
 
-    ``slow``, shape (n, size of a state), picks what counts; ``groups``, shape (n,), numbers what has a size together.
-    ``state`` is the last f(y), shape (size,), ``begin`` the y that led there, and ``means`` those of its period;
-    ``known`` is what another way found, and ``stale`` the part of it that is not believed.  The last slow part,
-    squared and times ``stored``, is an energy in units of the first mean over a period; ``swing`` @ means, shape (n,),
-    are squares of sizes over a period, which at a state near 0 count in place of those of the state; ``slowest`` is the
-    number of periods that the slowest mode takes, apart from a store; ``probed`` whether each slow part was moved.
+    ``slow``, shape (n, size of a state), picks the parts that count; ``groups``, shape (n,),
+    numbers those of one size. ``state`` is the last f(y), shape (size,), ``begin`` the y that led
+    there, and ``means`` those of its period; ``known`` are another way's changes, and ``stale`` the
+    part of it that is not believed.  The last slow part, squared and times ``stored``, is an energy
+    in units of the first mean over a period; ``swing`` @ means, shape (n,), are squares of sizes
+    over a period, which at a state near 0 count in place of those of the state; ``slowest`` is the
+    number of periods that the slowest mode needs, apart from a store; ``probed`` whether each slow
+    part was moved.
     """
 
     turn: Turn
@@ -122,11 +124,11 @@ class Settling:
         return float(np.linalg.norm(self._weights() * change))
 
     def residual_norm(self, residual: Floats) -> float:
-        """The size of the slow part of f(y) - y, shape (n,), where that of a store counts by what flows through it."""
+        """The size of the slow part of f(y) - y, shape (n,), of which that of a store counts by the flow through it."""
         return float(np.linalg.norm(self._weights(flow=True) * residual))
 
     def _weights(self, flow: bool = False) -> Floats:
-        """One over the size of each slow part's group, or in the last place, over what flows through a store."""
+        """One over the size of each slow part's group, or in the last place, over the flow through a store."""
         square = (self.slow @ self.state) ** 2
         sizes = np.sqrt([square[self.groups == group].sum() for group in self.groups])
         if self.swing is not None and len(self.means):
@@ -143,7 +145,7 @@ class Settling:
             self.state, self.means = self.turn(self.begin)
 
     def left(self, residual: Floats) -> tuple[Floats, Floats]:
-        """How far f(y) and its means are from those of the fixed point, as the last periods say.
+        """How far f(y) and its means are from those of the fixed point, by the last periods.
 
         ``residual`` is the slow part of f(y) - y, shape (n,).
         """
@@ -153,11 +155,11 @@ class Settling:
         return share @ changes.states, share @ changes.means
 
     def unexplained(self, residual: Floats) -> float:
-        """How far f(y) may be from the fixed point for what no known change says of f(y) - y, relative to its size.
+        """How far f(y) may be from the fixed point for the unexplained part of f(y) - y, relative to its size.
 
-        ``residual`` is as of `left`.  What changes say of it is removed twice: once leaves a part
-        of what they do say, for none of them is believed altogether, and that part is within what
-        `left` may be wrong by.
+        ``residual`` is as of `left`.  The part that changes explain is removed twice: once leaves a
+        part of the explained part, for none of them is believed altogether, and that part is within
+        the error of `left`.
         """
         rest = residual
         for _ in range(2):
@@ -184,10 +186,10 @@ class Settling:
         )[0]
 
     def secants(self, worth: float = 0.0) -> Secants | None:
-        """What was known, and after it the changes between this way's last periods; None before there are any.
+        """The known changes, and after them the changes between this way's last periods; None before there are any.
 
-        A change of f(y) that no change of y explains is ngspice's tolerance, and says nothing of
-        the way; nor does a change of y that is not ``worth`` it, relative to the state's size.
+        A change of f(y) that no change of y explains is ngspice's tolerance, and has no information
+        on the way; nor does a change of y that is not ``worth`` it, relative to the state's size.
         """
         known = (
             []
@@ -216,7 +218,7 @@ class Settling:
     def learn(self) -> None:
         """Change each slow part by `PROBED` of its group's size, one after the other, to know the way from here on.
 
-        A period is so smooth a map that this tells its derivative to a part of about `CURVED`.
+        A period is so smooth a map that this gives its derivative to a part of about `CURVED`.
         """
         y = self.begin
         after = self.state
@@ -272,8 +274,8 @@ class Settling:
     def reach(self, enough: float = REACHED, guess: bool = False) -> bool:
         """Go on to the fixed point, to ``enough`` of the state's size; whether it was reached, in `MOST` periods.
 
-        With ``guess``, it ends as soon as what the last periods say is left may bring it there, and
-        goes that way.
+        With ``guess``, it ends as soon as the remainder by the last periods may bring it there, and
+        moves by it.
         """
         y = self.state
         best = np.inf
@@ -327,7 +329,7 @@ class Settling:
         return False
 
     def _must_learn(self, seems_there: bool) -> bool:
-        """Move each slow part, once, where the way seems to end, for all that is known of it; whether it did."""
+        """Move each slow part, once, if the way seems to end, for all that is known of it; whether it did."""
         learns = seems_there and not self.probed
         if learns:
             self.learn()

@@ -1,4 +1,4 @@
-"""Cards of a bench or a board: which a netlist may have, and what of them holds for the circuit."""
+"""Cards of a bench or a board: which a netlist may have, and the part of them that holds for the circuit."""
 
 import re
 from dataclasses import dataclass, field
@@ -76,7 +76,7 @@ _VOLTAGE = re.compile(r"v\(\s*([^\s(),]+)\s*\)\s*=\s*(\{[^}]*\}|'[^']*'|[^\s,]+)
 
 @dataclass
 class Settings:
-    """What cards set for the whole circuit.
+    """The settings of cards for the whole circuit.
 
     ``options`` are the temperatures (``temp``, ``tnom``), ``initial`` the voltages of .ic cards by
     the nodes' names, and ``everywhere`` the names of nodes that .global cards make one in all
@@ -88,7 +88,7 @@ class Settings:
     everywhere: set[str] = field(default_factory=set)
 
     def add(self, line: Line, board: bool, inside: bool) -> None:
-        """Take from a card what holds for the circuit; refuse one that is not known, or stands inside a subcircuit."""
+        """Read the settings of a card for the circuit; refuse an unknown one, or one inside a subcircuit."""
         where = f"netlist {line.where}"
         word = line.word
         if word not in (BOARD if board else BENCH) or (inside and not board):
@@ -110,7 +110,7 @@ class Settings:
             }
 
     def _add_options(self, words: Words) -> None:
-        """Take the temperatures of an .options card; refuse what changes a circuit in another way."""
+        """Read the temperatures of an .options card; refuse an option that changes a circuit in another way."""
         for key in (*words.pairs, *words.alone):
             if key in TEMPERATURES and key in words.pairs:
                 self.options[key] = words.number(words.pairs[key])
@@ -123,7 +123,7 @@ class Settings:
 def _no_card(line: Line, board: bool, inside: bool) -> DeckError:
     """The error of a card that a circuit has not."""
     nets = "load.terminals in a scene names the piezo's nets"
-    flat = f"of a flat netlist, such as KiCad's, {nets}"
+    flat = f"in a flat netlist, such as KiCad's, {nets}"
     bench = "inside" if inside else f"(and a bench to run it by hand; {flat})"
     must = f"have only the cards {', '.join(DEFINITIONS)} {bench}"
     if board:

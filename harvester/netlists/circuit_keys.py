@@ -12,9 +12,9 @@ KINDS = "rclvi"  # whose values are parameters by their elements' names
 
 
 class CircuitKeys:
-    """What a scene may set in a load circuit: parameters of its header, and ``elements`` that are plain numbers.
+    """The keys that a scene may set in a load circuit: parameters of its header, and ``elements`` that are numbers.
 
-    Of a flat netlist the load is R and the store is C.
+    For a flat netlist the load is R and the store is C.
     """
 
     def __init__(self, body: Body, board: Board) -> None:
@@ -34,7 +34,7 @@ class CircuitKeys:
         }
 
     def called(self, name: str) -> str:
-        """What a scene calls an element."""
+        """The name of an element in a scene."""
         if name.lower() not in self.board.renamed.values():
             return name
         renamed = (each for each in self.body.elements if each.name.lower() == name.lower())
@@ -72,7 +72,7 @@ class CircuitKeys:
             return error if listed in str(error) else InputError(f"{error} It has {listed}")
         return InputError(
             f"unknown parameter of netlist {name} {shown(key)}: it has none but its elements "
-            f"({', '.join(names[:20]) or 'none has a plain value'}); another one stands on its first line, such as "
+            f"({', '.join(names[:20]) or 'none has a plain value'}); another one is on its first line, such as "
             f"'.subckt {name} p n {key}=1Meg'"
         )
 

@@ -1,12 +1,12 @@
-"""What a line of an element says, by its letter: nodes, value, model and keys, whose names have no values yet.
+"""The contents of an element's line, by its letter: nodes, value, model and keys, whose names have no values yet.
 
-Each letter has its nodes, the keys that it may have, and a function that reads what stands between;
+Each letter has its nodes, the keys that it may have, and a function that reads the text between;
 a word, a key or a form that is not among them is refused.  Keys that do nothing in a transient are
 read and left out.
 
-Source: ngspice manual, chapters 3 to 11, and what ngspice 39 answers (tests/netlists/constructs).
+Source: ngspice manual, chapters 3 to 11, and the answers of ngspice 39 (tests/netlists/constructs).
 
-Long because all letters stand in one table, with how each is read.
+Long because all letters are in one table, with how each is read.
 """
 
 import re
@@ -38,10 +38,10 @@ _MOST_NUMBERS = {"sin": 6, "pulse": 8, "exp": 6, "sffm": 7, "am": 6}
 
 @dataclass(frozen=True)
 class Element:
-    """An element as it is written: as of `CircuitPart`, but what it names are names of its own subcircuit.
+    """An element as it is written: as of `CircuitPart`, but its names are those of its own subcircuit.
 
-    ``name`` is spelt as in the file; of a call ``model`` is the subcircuit and ``options`` are what
-    it gives.
+    ``name`` is spelt as in the file; for a call ``model`` is the subcircuit and ``options`` are the
+    values that it gives.
     """
 
     line: Line
@@ -73,7 +73,7 @@ class Letter(NamedTuple):
     """How lines of a letter are read.
 
     ``nodes`` is their number; ``keys`` are those of its options, ``idle`` those that do nothing;
-    ``fields`` reads what stands between as fields of `Element`, with the names of models.
+    ``fields`` reads the text between as fields of `Element`, with the names of models.
     """
 
     nodes: int
@@ -90,8 +90,8 @@ def names_of(line: Line) -> str:
 def read_element(line: Line, models: Set[str]) -> Element:
     """The element of a line; ``models`` are the names of all models, by which transistors know their pins.
 
-    Raises InputError for a letter, a form or a key that is not known, too few nodes, and what
-    cannot be read.
+    Raises InputError for a letter, a form or a key that is not known, too few nodes, and a line
+    that cannot be read.
     """
     kind = line.word[0]
     where = f"netlist {line.where}"
@@ -137,7 +137,7 @@ def _nodes(line: Line, text: str, count: int) -> tuple[tuple[str, ...], str]:
 
 
 def _pins(kind: str, text: str, models: Set[str]) -> int:
-    """How many pins a transistor has beside the usual ones: a model's place tells."""
+    """How many pins a transistor has in addition to the usual ones, by a model's place."""
     words = tokens_of(text)
     if kind == "q":
         return 1 if len(words) > 4 and words[3] not in models and words[4] in models else 0
@@ -147,7 +147,7 @@ def _pins(kind: str, text: str, models: Set[str]) -> int:
 
 
 def _call(line: Line, name: str, text: str) -> Element:
-    """A call of a subcircuit: its nodes, its name, and what its parameters are."""
+    """A call of a subcircuit: its nodes, its name, and its parameters."""
     words = Words(line, text)
     alone = [word for word in words.alone if word != "params:"]
     if len(alone) < 2:
@@ -272,7 +272,7 @@ def _switch_by_current(words: Words, models: Set[str], nodes: tuple[str, ...]) -
 
 
 def _source(words: Words, models: Set[str], nodes: tuple[str, ...]) -> Fields:
-    """A constant value, and a waveform; what is for an analysis of small signals is left out."""
+    """A constant value, and a waveform; the part for an analysis of small signals is left out."""
     fields: Fields = {"value": constant(0.0)}
     given = words.pop("dc")
     if words.take("dc") or (words.alone and words.alone[0] not in (*_WAVEFORMS, "ac")):
@@ -299,7 +299,7 @@ def _source(words: Words, models: Set[str], nodes: tuple[str, ...]) -> Fields:
 def _controlled(form: str, voltage: bool) -> Callable[[Words, Set[str], tuple[str, ...]], Fields]:
     """E, F, G and H: a gain of a ``voltage`` between two nodes or of a current, a polynomial, or a function.
 
-    ``form`` is ``v`` of sources of voltage and ``i`` of those of current.
+    ``form`` is ``v`` for voltage sources and ``i`` for current sources.
     """
 
     def fields(words: Words, models: Set[str], nodes: tuple[str, ...]) -> Fields:
@@ -318,7 +318,7 @@ def _controlled(form: str, voltage: bool) -> Callable[[Words, Set[str], tuple[st
             )
             gain = words.number(given if given is not None else words.next("a gain"))
             return {"nodes": (*nodes, *controls), "value": gain}
-        source = words.next("a source of voltage whose current controls it")
+        source = words.next("a voltage source whose current controls it")
         return {
             "others": (source,),
             "value": words.number(given if given is not None else words.next("a gain")),

@@ -1,16 +1,16 @@
 """Expressions of netlists as trees, read in the two languages that ngspice has for them.
 
 `BRACES` is the language of ``{...}``, ``'...'`` and .param cards (numparam): numbers and parameters
-only.  `SOURCES` is that of B sources: voltages and currents too, its braces and quotes are dropped.
-They differ in their functions, in their constants and in the precedence of a sign, and pow and pwr
-change places:
+only.  `SOURCES` is that of B sources: also voltages and currents, its braces and quotes are
+dropped. They differ in their functions, in their constants and in the precedence of a sign, and pow
+and pwr change places:
 
     BRACES     pow(x, y) = x^y            pwr(x, y) = |x|^y          from the left: 2^3^2 = 64, x^y = |x|^y
-    SOURCES    pow(x, y) = |x|^y          pwr(x, y) = sgn(x) |x|^y   from the left too
+    SOURCES    pow(x, y) = |x|^y          pwr(x, y) = sgn(x) |x|^y   also from the left
 
 A tree's leaves are constants, names of parameters, and voltages v(a), v(a,b) or currents i(Vname).
-What has none of the latter becomes a constant once its names have values, so that trees of the
-same text are alike for all values.
+An expression with none of the latter becomes a constant once its names have values, so that trees
+of the same text are alike for all values.
 
 Source: ngspice 39's xpressn.c (numparam), inpptree-parser.y, inpptree.c, ptfuncs.c, and
 `INPevaluate`; each rule is a row of tests/netlists/constructs.
@@ -39,10 +39,11 @@ _PROBE = re.compile(r"([vi])\(\s*([^\s(),]+)\s*(?:,\s*([^\s(),]+)\s*)?\)")
 
 
 class Language(NamedTuple):
-    """What an expression may hold.
+    """The grammar of an expression.
 
-    ``operators`` have their precedence; a sign takes the operators behind its operand that bind at
-    least as ``sign``. ``functions`` have their number of arguments and the operation that they are.
+    ``operators`` have their precedence; a sign includes the operators behind its operand that bind
+    at least as ``sign``. ``functions`` have their number of arguments and the operation that they
+    are.
     """
 
     name: str
@@ -80,7 +81,7 @@ SOURCES = Language(
 _OPERATIONS = {"^": "pow", "**": "pow", "<>": "!=", "=": "==", "&&": "and", "||": "or"}
 _RANDOM = ("agauss", "gauss", "unif", "aunif")
 _REMEDIES = {
-    "limit": "of two arguments it draws a random number; limit(x, low, high) bounds x",
+    "limit": "with two arguments it draws a random number; limit(x, low, high) bounds x",
     **dict.fromkeys(
         _RANDOM, "it draws a random number without a seed: harvester tolerance --vary draws parts"
     ),
@@ -96,7 +97,7 @@ def plain_number(text: str, mil: bool = True) -> float | None:
 
     A parameter has no ``mil``: ngspice reads 10mil as 10m there.
 
-    What follows the number and its suffix is a unit that ngspice does not read.
+    The text after the number and its suffix is a unit that ngspice does not read.
     """
     match = _PLAIN.fullmatch(text.strip().lower())
     if match is None or (match[5] and not re.fullmatch(r"[\w%]*", match[5], re.ASCII)):
@@ -119,8 +120,8 @@ def _scaled(number: str, letters: str, mil: bool) -> float | None:
 def read(text: str, where: str, language: Language) -> Node:
     """The tree of an expression, in lower case, whose names have no values yet.
 
-    Raises InputError, which says ``where``, for what cannot be read or is too long, and functions
-    of other languages.
+    Raises InputError, which names ``where``, for a text that cannot be read or is too long, and
+    functions of other languages.
     """
     return _Reader(text, where, language).whole()
 
@@ -173,7 +174,7 @@ class _Reader:
         return checked(tree, self.where)
 
     def _expression(self) -> Node:
-        """An expression up to what ends it."""
+        """An expression up to its end."""
         tree = self._rest(self._operand(first=True), 1)
         return self._branches(tree) if self._next() == "?" else tree
 
@@ -205,7 +206,7 @@ class _Reader:
         )
 
     def _operand(self, first: bool) -> Node:
-        """A number, a name, a call or a parenthesis, with its sign; ``first``: no operator stands before it."""
+        """A number, a name, a call or a parenthesis, with its sign; ``first``: no operator precedes it."""
         token = self._next()
         if token not in ("-", "+", "!"):
             return self._atom()
@@ -223,7 +224,7 @@ class _Reader:
         return inner if token == "+" else operation("not" if token == "!" else "negative", inner)
 
     def _nested(self, read_inner: Callable[[], Node]) -> Node:
-        """What is read one level deeper."""
+        """The expression one level deeper."""
         self.nesting += 1
         if self.nesting > DEEPEST:
             raise InputError(
@@ -295,7 +296,7 @@ def resolved(
 ) -> Node:
     """The tree with ``values`` in place of its names, and the netlist's ``functions`` written out.
 
-    Raises InputError, which says ``where``, for a name or a function that is not known.
+    Raises InputError, which names ``where``, for a name or a function that is not known.
     """
     done: dict[Node, Node] = {}
 

@@ -1,4 +1,4 @@
-"""Trees of expressions: nodes that know their size and are equal where their trees are, with constants computed."""
+"""Trees of expressions: nodes that know their size and are equal if their trees are, with constants computed."""
 
 import hashlib
 import itertools
@@ -18,7 +18,8 @@ class Node:
 
     Leaves are a ``constant`` of a ``value``, a ``name`` or a ``call`` of a function of the netlist (``names``), a
     voltage ``v`` or current ``i`` of ``names``, the ``time``, and, in a compiled circuit, the ``input`` or the
-    ``state`` of an ``index``.  Nodes are equal where their trees are; ``depth`` and ``size`` are those of the tree.
+    ``state`` of an ``index``.  Nodes are equal if their trees are; ``depth`` and ``size`` are those
+    of the tree.
     """
 
     operation: str
@@ -54,7 +55,7 @@ class Node:
 
     @property
     def leaves(self) -> set["Node"]:
-        """All leaves that are no constants."""
+        """All leaves that are not constants."""
         waiting = [self]
         nodes = {self}
         while waiting:
@@ -75,7 +76,7 @@ def input_of(index: int) -> Node:
 
 
 def operation(name: str, *arguments: Node) -> Node:
-    """An operation on trees, computed at once where all are constants, or its condition is."""
+    """An operation on trees, computed at once if all are constants, or its condition is."""
     if name == "?" and arguments[0].is_constant:
         return arguments[1] if arguments[0].value != 0.0 else arguments[2]
     if all(argument.is_constant for argument in arguments):

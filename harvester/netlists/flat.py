@@ -1,10 +1,10 @@
 """Flat netlists, as KiCad exports a board: which of its nets are the piezo's, and which elements are load and store.
 
 A flat netlist has no subcircuit around it, its nets are named as KiCad does (``/PZ_P``,
-``Net-_D1-K_``), and it has a ground of its own, which is no electrode of the piezo.  The user says
-which two nets the piezo is soldered to, which resistor is the load, which capacitor the store, and
-which nets a supply feeds.  Node 0 of the board, in vendors' parts too, is a node of the whole
-circuit like any other, unless the piezo is soldered to it.
+``Net-_D1-K_``), and it has a ground of its own, which is not an electrode of the piezo.  The user
+states which two nets the piezo is soldered to, which resistor is the load, which capacitor the
+store, and which nets a supply feeds.  Node 0 of the board, also in vendors' parts, is a node of the
+whole circuit like any other, unless the piezo is soldered to it.
 
 Source of the form: the SPICE netlists that KiCad 6 to 8 export, and the ngspice manual, chapter 2.
 """
@@ -28,7 +28,7 @@ ROLES = {LOAD: "R", STORE: "C"}  # the parameters of a board
 
 @dataclass
 class Board:
-    """What the names of a flat netlist are in the whole circuit.
+    """The meaning of the names of a flat netlist in the whole circuit.
 
     ``nodes`` are the nodes by the nets' names, ``renamed`` the elements that have another name
     there, all in lower case; ``ground`` is the node of the board's own ground, and ``roles`` are
@@ -152,7 +152,7 @@ def _roles(file: str, elements: list[Element], load: Load) -> dict[str, str]:
 
 
 def _no_piezo(element: Element, piezo: set[str]) -> None:
-    """Refuse a source where the piezo is."""
+    """Refuse a source in place of the piezo."""
     if element.kind in "vi" and {net_of(node) for node in element.nodes} == piezo:
         must = "have no source between the piezo's terminals, which the scene's device replaces"
         raise DeckError(f"{element.where} must {must}, but has {element.name[:20]}")

@@ -8,7 +8,7 @@ MOST = 227.955  # of an exponent; beyond, exp is 1e99
 
 
 def constant_of(name: str, *x: float) -> float:
-    """The value of an operation; infinite or nan where there is none."""
+    """The value of an operation; infinite or nan if there is none."""
     try:
         return float(_VALUES[name](*x))
     except (OverflowError, ZeroDivisionError, ValueError):

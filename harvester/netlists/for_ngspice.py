@@ -1,7 +1,7 @@
 """The elements of a load circuit as lines for ngspice: no subcircuit, no parameter and no expression in braces is left.
 
-What ngspice runs is what was read here.  Nodes and elements have the names that ngspice gives them
-when it writes a subcircuit called Xload out, so that vectors are called as ever
+The netlist that ngspice runs is the one that was read here.  Nodes and elements have the names that
+ngspice gives them when it writes a subcircuit called Xload out, so that vectors are called as ever
 (``@r.xload.rload[p]``, ``xload.a``).
 """
 
@@ -67,7 +67,7 @@ def _line(
 
 
 def _middle(part: CircuitPart, model: str, kinds: Mapping[str, str]) -> Iterator[str]:
-    """What stands between the nodes of an element and its options."""
+    """The text between the nodes of an element and its options."""
     value, kind = part.value, part.kind
     yield from (f"{kinds[other]}.{INSIDE}{other}" for other in part.others)
     if model:

@@ -1,9 +1,10 @@
 """Load circuits: the files of netlists/ and users' own, read and checked, and never trusted.
 
 A load circuit is a subcircuit of two terminals, the piezo's electrodes, with named parameters and a resistor called
-Rload, whose power is what the load gets; node 0 is ground.  The rest of a file is a bench for running it by hand
-(``ngspice -b``).  In a flat netlist it is what is outside of subcircuits (`harvester.netlists.flat`).  Nothing of the
-text reaches ngspice: its lines are written from the elements that were understood.
+Rload, whose power is that of the load; node 0 is ground.  The rest of a file is a bench for running
+it by hand (``ngspice -b``).  In a flat netlist it is the part outside of subcircuits
+(`harvester.netlists.flat`).  Nothing of the text reaches ngspice: its lines are written from the
+elements that were understood.
 
 Long because a load circuit and the checks of its load are read in one go.
 """
@@ -36,11 +37,11 @@ class LoadCircuit:
     """A load circuit, read and checked: all that anybody needs of a netlist.
 
     name, parts, text
-        of the circuit, its elements with their values, and what ngspice gets of them.
+        of the circuit, its elements with their values, and their text for ngspice.
 
     Parameters
     ----------
-        values that the scene gives, in the netlist's spelling, and the piezo's capacitance where it
+        values that the scene gives, in the netlist's spelling, and the piezo's capacitance if it
         has a Cp.
     topology
         name of the package's netlist; None for a user's own.
@@ -79,7 +80,7 @@ class LoadCircuit:
 
     @cached_property
     def resistance(self) -> float | None:
-        """Of a circuit that is no more than the load resistor (ohm), which needs no step control; else None."""
+        """The load resistor (ohm) of a circuit of that alone, which needs no step control; else None."""
         lone = len(self.parts) == 1 and set(self.parts[0].nodes) == {PIEZO, "0"}
         return effective_value(self.parts[0]) if lone else None
 
@@ -90,13 +91,13 @@ class LoadCircuit:
 
     @cached_property
     def smoothing(self) -> float | None:
-        """The smoothing capacitor Csmooth (F); None where there is none or it is no plain number."""
+        """The smoothing capacitor Csmooth (F); None if there is none or it is not a plain number."""
         store = self._part(STORE)
         return None if store is None else effective_value(store)
 
     @cached_property
     def storage(self) -> float | None:
-        """The product of Csmooth and Rload (s), where both are plain numbers."""
+        """The product of Csmooth and Rload (s), if both are plain numbers."""
         load = self._part(LOAD)
         resistance = None if load is None else effective_value(load)
         return None if self.smoothing is None or resistance is None else self.smoothing * resistance
@@ -108,18 +109,18 @@ class LoadCircuit:
         return () if store is None else store.nodes
 
     def value_of(self, name: str) -> float | None:
-        """The value of a parameter or an element by its name in the scene's load.parameters; None where it has none."""
+        """The value of a parameter or an element by its name in the scene's load.parameters; None if it has none."""
         return {key.lower(): value for key, value in (self.elements | self.values).items()}.get(
             self.own_name(name)
         )
 
     def own_name(self, name: str) -> str:
-        """What stands for a name in the scene's load.parameters, in small letters: R for the load of a flat netlist."""
+        """The entry for a name in the scene's load.parameters, in small letters: R for the load of a flat netlist."""
         return ROLES.get(self.renamed.get(name.lower(), ""), name).lower()
 
 
 def netlist_folder() -> Path:
-    """Where the package's netlists are: beside the modules when installed, else in the checkout."""
+    """The folder of the package's netlists: next to the modules when installed, else in the checkout."""
     installed = Path(__file__).parent
     return installed if any(installed.glob("*.cir")) else Path(__file__).parents[2] / "netlists"
 
@@ -129,11 +130,11 @@ def load_circuit(
 ) -> LoadCircuit:
     """Read and check the circuit of a scene's load; a load resistance is the netlist `resistor`.
 
-    ``capacitance`` (F) is the piezo's: a netlist's parameter Cp takes it, unless the scene gives
+    ``capacitance`` (F) is the piezo's: a netlist's parameter Cp receives it, unless the scene gives
     one.  ``text`` is that of the netlist's file, which then need not be there yet.
 
     Raises InputError for an unknown netlist, one that could run a command or reach a file outside
-    its folder, one without two terminals or without Rload, a construct that is not served, and
+    its folder, one without two terminals or without Rload, a construct that is not supported, and
     parameters that it lacks or that lack a value.
     """
     name = load.netlist
@@ -193,10 +194,10 @@ def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as 
 
     Parameters
     ----------
-    name
-        one of the package's netlists, such as "bridge", or the path of a file that has a subcircuit.  Of a flat netlist
-        `Load` names the terminals.
-    parameters
+    name : str
+        one of the package's netlists, such as "bridge", or the path of a file that has a
+        subcircuit.  In a flat netlist `Load` names the terminals.
+    parameters : float or str
         of the subcircuit, and its elements by their names: numbers in SI units, or texts with their
         unit.
 
@@ -209,7 +210,7 @@ def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as 
     ------
     InputError
         for a netlist that is not there, with the nearest match, or cannot be used; a parameter that
-        it does not have; and one that is no number and no quantity.
+        it does not have; and one that is neither a number nor a quantity.
 
     Examples
     --------
@@ -231,11 +232,11 @@ def with_parts(load: LoadCircuit, parts: tuple[CircuitPart, ...]) -> LoadCircuit
 
 
 def effective_value(part: CircuitPart) -> float | None:
-    """The resistance, capacitance or inductance of an element, all that are side by side; None where it has none.
+    """The resistance, capacitance or inductance of an element, all that are side by side; None if it has none.
 
         R scale/m,    C scale m,    L scale/m
 
-    It is none of an element whose model or own temperature decides.
+    It is None for an element whose model or own temperature decides.
     """
     decided_elsewhere = {"temp", "dtemp"} & part.options.keys() or (
         part.model is not None and part.model.values.get("tnom")
@@ -288,7 +289,7 @@ def _with_rload(path: Path, netlist: ParsedNetlist) -> Body:
 def _with_initial(
     parts: Sequence[CircuitPart], volts: Mapping[str, float]
 ) -> tuple[CircuitPart, ...]:
-    """The elements with what .ic cards say: capacitors at such nodes begin with the difference, but for their own."""
+    """The elements with those of .ic cards: capacitors at such nodes begin with the difference, but for their own."""
     at = {inner: volts[node] for inner, node in inner_nodes(parts).items() if node in volts}
     volts = {**at, **volts}
 
@@ -314,7 +315,7 @@ def _check_terminals(path: Path, parts: Iterable[CircuitPart], body: Body) -> No
 def _check_roles(
     path: Path, parts: Sequence[CircuitPart], body: Body, values: Mapping[str, float]
 ) -> None:
-    """Refuse a load or a store that would give power, and a load that is no resistor."""
+    """Refuse a load or a store that would give power, and a load that is not a resistor."""
     trees = {element.name.lower(): element.value for element in body.elements}
     spelled = {key.lower(): f"load.parameters.{key}" for key in values}
     there = by_name(parts)

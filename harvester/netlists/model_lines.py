@@ -125,7 +125,7 @@ class WrittenModel:
 
 
 def model_name(line: Line) -> str:
-    """The name of a .model card's model, in lower case; "" where it has none."""
+    """The name of a .model card's model, in lower case; "" if it has none."""
     return [*line.text.lower().split(), ""][1]
 
 
@@ -209,7 +209,7 @@ def _mosfet_keys(where: str, texts: Mapping[str, str]) -> frozenset[str]:
 
 
 def _check_level(where: str, kind: str, texts: Mapping[str, str]) -> None:
-    """Refuse a level that is no number or that is not known: others write log files."""
+    """Refuse a level that is not a number or that is not known: others write log files."""
     levels = _LEVELS.get(kind, ())
     text = texts.get("level")
     if text is not None and text not in [

@@ -8,7 +8,7 @@ from harvester.netlists.part import INSIDE, PIEZO, CircuitPart, by_name
 
 
 def check_names(parts: Sequence[CircuitPart]) -> None:
-    """Refuse elements that name others which are not there, or that ngspice does not take, and two couplings alike."""
+    """Refuse elements that name others which are not there, or that ngspice refuses, and two couplings alike."""
     there = by_name(parts)
     coupled = set[frozenset[str]]()
     nodes = {node for part in parts for node in part.nodes} | {PIEZO, "0"}
@@ -17,7 +17,7 @@ def check_names(parts: Sequence[CircuitPart]) -> None:
             _check_coupling(part, there, coupled)
         elif any(other not in there or there[other].kind != "v" for other in part.others):
             raise InputError(
-                f"{part.where} must name a source of voltage, of 0 V in series, of its subcircuit, but "
+                f"{part.where} must name a voltage source, of 0 V in series, of its subcircuit, but "
                 f"{part.others[0]!r} is none"
             )
         if part.value is not None:
@@ -35,7 +35,7 @@ def _check_coupling(
             )
         if {"m", "scale"} & there[other].options.keys():
             raise InputError(
-                f"{part.where} must couple inductors without m and scale, as ngspice takes them otherwise"
+                f"{part.where} must couple inductors without m and scale, as ngspice reads them otherwise"
             )
     if frozenset(part.others) in coupled:
         raise InputError(
@@ -49,12 +49,12 @@ def _check_coupling(
 def _check_function(
     part: CircuitPart, tree: Node, there: Mapping[str, CircuitPart], nodes: Set[str]
 ) -> None:
-    """Refuse a function of a current that is none of the unknowns, or of a node that no element is connected to."""
+    """Refuse a function of a current that is not among the unknowns, or of a node that no element is connected to."""
     for leaf in tree.leaves:
         if leaf.operation == "i" and not (
             leaf.names[0] in there and has_current(there[leaf.names[0]])
         ):
-            what = "name a source of voltage or an inductor of its subcircuit"
+            what = "name a voltage source or an inductor of its subcircuit"
             raise InputError(f"{part.where} must {what}, but {leaf.names[0]!r} is none")
     if missing := sorted(part.nodes_read - nodes):
         node = missing[0].removeprefix(INSIDE)

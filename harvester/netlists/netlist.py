@@ -1,9 +1,9 @@
 """A netlist as it is read, once: subcircuits with their elements, models, parameters and functions, and its settings.
 
-Everything else reads this: which circuit is the load (`harvester.netlists.load_circuit`), what a
-board's nets are (`harvester.netlists.flat`), and the elements with their values
-(`harvester.netlists.written_out`).  The text itself goes no further: what ngspice gets is written
-from what was understood.
+Everything else reads this: which circuit is the load (`harvester.netlists.load_circuit`), the
+meaning of a board's nets (`harvester.netlists.flat`), and the elements with their values
+(`harvester.netlists.written_out`).  The text itself is not passed on: the text for ngspice is
+written from the understood content.
 
 Lines of a subcircuit that nobody calls, and models that nobody names, are not read beyond their
 names.
@@ -89,7 +89,7 @@ class Body:
         elif line.word in PARAMETERS:
             for name, tree in assignments(line.text.lower()[len(line.word) :], where).items():
                 if name in self.parameters:
-                    raise invalid(where, f"set {name} once, of which ngspice takes the last", name)
+                    raise invalid(where, f"set {name} once, of which ngspice uses the last", name)
                 self.parameters[_free(name, where)] = tree
         elif line.word == ".func":
             match = re.match(
@@ -109,15 +109,15 @@ class Body:
 
 
 def _free(name: str, where: str) -> str:
-    """A name that ngspice does not take for one of its own."""
+    """A name that ngspice does not mistake for one of its own."""
     if name in _RESERVED:
-        raise invalid(where, "give names that ngspice does not take for its own", name)
+        raise invalid(where, "give names that ngspice does not mistake for its own", name)
     return name
 
 
 @dataclass
 class ParsedNetlist:
-    """A netlist: what is outside of its subcircuits, these by their names, and what holds for all."""
+    """A netlist: the part outside of its subcircuits, these by their names, and the settings for all."""
 
     file: str
     outside: Body = field(default_factory=Body)
@@ -134,11 +134,11 @@ def read_netlist(
 ) -> ParsedNetlist:
     """The netlist of a file with what it includes, and with the parts of a ``library`` (a folder) that it may name.
 
-    ``board`` says that the elements outside of subcircuits are the circuit; else they are a bench,
-    which stays out.  Included files are below the folder ``root``; default: that of the file.
-    ``text`` is that of the file, if it need not be there.
+    ``board`` states that the elements outside of subcircuits are the circuit; else they are a
+    bench, which stays out.  Included files are below the folder ``root``; default: that of the
+    file. ``text`` is that of the file, if it need not be there.
 
-    Raises InputError, in one line, for what no netlist here may have.
+    Raises InputError, in one line, for anything that no netlist here may have.
     """
     lines = list(read_lines(path, root, text))
     if not board and not any(line.word in (".subckt", ".ends") for line in lines):

@@ -2,7 +2,7 @@
 
 `harvester.netlists.written_out` makes them of a netlist; engine `compiled` makes its equations of
 them, and the text that ngspice gets is written from them (`harvester.netlists.for_ngspice`), so
-that both compute what was read here.
+that both compute the circuit that was read here.
 """
 
 from collections.abc import Iterable, Mapping
@@ -45,7 +45,7 @@ class CircuitPart:
         circuit.
     form
         ``i`` or ``v`` of a B source, ``c`` or ``q`` of a capacitor whose value is a function, ``l``
-        of such an inductor; of a source that changes with time the name of its waveform, such as
+        of such an inductor; for a source that changes with time the name of its waveform, such as
         ``sin``.
     model
         of a semiconductor, a switch, or a resistor of a model.
@@ -58,7 +58,7 @@ class CircuitPart:
     word
         ``on`` or ``off`` of a switch.
     line
-        the file and the line where it stands.
+        the file and the line of its text.
     """
 
     name: str
@@ -90,7 +90,7 @@ class CircuitPart:
 
     @property
     def number(self) -> float | None:
-        """Its value, where that is a constant."""
+        """Its value, if that is a constant."""
         return self.value.value if self.value is not None and self.value.is_constant else None
 
     @property
@@ -107,7 +107,7 @@ class CircuitPart:
         return f"{self.kind}.{INSIDE}{self.name}"
 
     def renamed(self, names: Mapping[str, str]) -> "CircuitPart":
-        """The element with other names of some nodes, also where its function reads them."""
+        """The element with other names of some nodes, also in its function."""
 
         def leaf(node: Node) -> Node:
             if node.operation != "v":
@@ -123,7 +123,7 @@ class UnservedError(CannotServeError):
 
 
 def unserved(part: CircuitPart, why: str) -> UnservedError:
-    """The error of an element that is not served."""
+    """The error of an element that is not supported."""
     return UnservedError(f"{part.where} {why}")
 
 

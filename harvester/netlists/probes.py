@@ -1,9 +1,9 @@
-"""What to look at in a load circuit: the voltage of a node, the current through an element, the power that it takes.
+"""The probes of a load circuit: the voltage of a node, the current through an element, its power.
 
     store       the voltage of the capacitor Csmooth
     v(a), v(a,b)  the voltage of node a against ground, or against node b (V); a net of a flat netlist by its name there
     i(d1)       the current through an element, from its first node to its second (A)
-    p(d1)       the power that it takes, v i; p(load) is that of Rload (W)
+    p(d1)       the power that it dissipates, v i; p(load) is that of Rload (W)
 
 A node or an element inside a called subcircuit x1 is x1.a, or x1.d2.
 """
@@ -74,10 +74,10 @@ def read_probes(texts: Iterable[str], load: "LoadCircuit") -> tuple[Probe, ...]:
 
 
 def element_powers(load: "LoadCircuit") -> dict[str, list[Probe]]:
-    """The power that each element of a load circuit takes, by its name: of a called subcircuit, all that is in it.
+    """The power of each element of a load circuit, by its name: for a called subcircuit, all that is in it.
 
     Rload and Csmooth, which are not a part of the circuit's losses, couplings of inductors, which
-    take nothing, and transmission lines, whose power ngspice does not tell, are left out.
+    dissipate nothing, and transmission lines, whose power ngspice does not report, are left out.
     """
     parts: dict[str, list[Probe]] = {}
     for part in load.parts:
@@ -136,7 +136,9 @@ def _of_element(kind: str, name: str, part: CircuitPart) -> Probe:
     """The probe of an element's current (``kind`` i) or power (p)."""
     if part.kind == "t":
         raise invalid(
-            "`probe`", "be of an element whose current ngspice tells, not a transmission line", name
+            "`probe`",
+            "be of an element whose current ngspice reports, not a transmission line",
+            name,
         )
     current = f"@{part.in_ngspice}[{_CURRENTS.get(part.kind, 'i')}]"
     if kind == "i":

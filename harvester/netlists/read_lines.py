@@ -1,4 +1,4 @@
-"""A netlist's lines: continued lines joined, comments taken out, included files in place; nothing follows .end.
+"""A netlist's lines: continued lines joined, comments removed, included files in place; nothing follows .end.
 
 A file is read as UTF-8, as UTF-16 and else as cp1252, in which LTspice writes on Windows.
 """
@@ -26,7 +26,7 @@ _SPELT = str.maketrans(
 
 @dataclass(frozen=True)
 class Line:
-    """A line with its continuations, without comments, and where it stands (file and line number)."""
+    """A line with its continuations, without comments, and its place (file and line number)."""
 
     where: str
     text: str
@@ -55,9 +55,9 @@ def read_lines(path: Path, root: Path | None = None, text: str | None = None) ->
     ``root`` is the folder that includes must not leave; default: that of the netlist.  ``text`` is
     that of the netlist, if its file need not be there.
 
-    Raises InputError for a file that cannot be read or is no netlist, without its text, which may
-    be a secret; for more than `MOST_BYTES` in all, for a command to ngspice inside a comment, and
-    for an include from outside the folder.
+    Raises InputError for a file that cannot be read or is not a netlist, without its text, which
+    may be a secret; for more than `MOST_BYTES` in all, for a command to ngspice inside a comment,
+    and for an include from outside the folder.
     """
     root = (root or path.parent).resolve()
     left = [MOST_BYTES]
@@ -77,7 +77,7 @@ def _lines_of(path: Path, root: Path, chain: tuple[Path, ...], left: list[int]) 
 def _with_included(
     lines: list[Line], path: Path, root: Path, chain: tuple[Path, ...], left: list[int]
 ) -> Iterator[Line]:
-    """Yield lines of the file ``path``, and in place of those that name a file or a section of one what is in it."""
+    """Yield lines of the file ``path``, and in place of those that name a file or a section of one its lines."""
     reading = (*chain, path.resolve())
     for line in lines:
         named = library_of(line)
@@ -184,7 +184,7 @@ def _check_is_netlist(lines: list[Line], path: Path, words: tuple[str, ...]) -> 
 
 
 def _check_no_command(text: str, where: str, number: int) -> None:
-    """Refuse the two comments that ngspice takes for commands."""
+    """Refuse the two comments that ngspice reads as commands."""
     if text.startswith("*#") or (number == 1 and text.lower().startswith("*ng_script")):
         raise InputError(f"netlist {where} must run no command, but does")
 

@@ -22,7 +22,7 @@ def tokens_of(text: str) -> list[str]:
 
 
 class Words:
-    """The words of an element's line behind its nodes: those that stand alone, and pairs of a key and its text."""
+    """The words of an element's line behind its nodes: single words, and pairs of a key and its text."""
 
     def __init__(self, line: Line, text: str) -> None:
         self.where = f"netlist {line.where}"
@@ -46,14 +46,14 @@ class Words:
                 k += 1
 
     def take(self, *words: str) -> bool:
-        """Whether one of some words stands alone next; then it is read."""
+        """Whether one of some words is next and single; then it is read."""
         there = bool(self.alone) and self.alone[0] in words
         if there:
             del self.alone[0]
         return there
 
     def next(self, what: str) -> str:
-        """The next word that stands alone; raises InputError where there is none."""
+        """The next word that is single; raises InputError if there is none."""
         if not self.alone:
             raise invalid(self.where, f"have {what}", self.text[:60])
         return self.alone.pop(0)

@@ -1,12 +1,12 @@
 """The elements of a load circuit with their values: all subcircuits written out, all parameters in place.
 
-A name means what it means to ngspice: a call's value goes before a .param of the subcircuit, that
-before a default of its header; a name that is none of them is the caller's, up to the netlist's own
+A name has the meaning that it has in ngspice: a call's value precedes a .param of the subcircuit,
+that before a default of its header; any other name is the caller's, up to the netlist's own
 (as ngspice's stack of dictionaries). A model is that of the element's own subcircuit, or one
-outside of all; functions likewise.  What a call's m multiplies are the letters that ngspice
+outside of all; functions likewise.  A call's m multiplies the letters that ngspice
 multiplies (inpcom.c, `inp_fix_subckt_multiplier`).
 
-Long because scopes, calls and elements are read in one go.
+Long because scopes, calls and elements are read together.
 """
 
 import math
@@ -32,7 +32,7 @@ LEAST, MOST = 1e-30, 1e30  # of a number that a circuit may have, other than 0
 
 @dataclass
 class Scope:
-    """What the names in a subcircuit mean; ``outer`` is that of the caller, ``whole`` that outside of all."""
+    """The meaning of the names in a subcircuit; ``outer`` is that of the caller, ``whole`` that outside of all."""
 
     body: Body
     given: Mapping[str, float] = field(default_factory=dict)
@@ -43,7 +43,7 @@ class Scope:
     cards: dict[str, ModelCard] = field(default_factory=dict)
 
     def value(self, name: str) -> float | None:
-        """The value of a name; None where it has none.
+        """The value of a name; None if it has none.
 
         Raises InputError for parameters that need each other.
         """
@@ -75,7 +75,7 @@ class Scope:
         return resolved(tree, where, language, self.value, self.function)
 
     def number(self, tree: Node, where: str) -> float:
-        """The number of an expression in braces; raises InputError where it is none, or one that no circuit has."""
+        """The number of an expression in braces; raises InputError if it has none, or one that no circuit has."""
         node = self.tree(tree, where, BRACES)
         if not node.is_constant or not math.isfinite(node.value):
             raise InputError(f"{where} must give a finite number, but does not")
@@ -101,7 +101,7 @@ class Scope:
 
 @dataclass(frozen=True)
 class _Call:
-    """Where a subcircuit is called: its path, its nodes without by the names of its terminals, and m of the call."""
+    """The call of a subcircuit: its path, its nodes without by the names of its terminals, and m of the call."""
 
     path: str
     outer: Mapping[str, str]
@@ -209,7 +209,7 @@ def _called(
         if outer.pop(terminal, call.ground) != call.ground:
             raise invalid(
                 where,
-                f"connect pin {terminal} of {name} to ground, which ngspice takes it for",
+                f"connect pin {terminal} of {name} to ground, as which ngspice reads it",
                 name,
             )
     given = _given(element, body, scope)
@@ -219,7 +219,7 @@ def _called(
 
 
 def _given(element: Element, body: Body, scope: Scope) -> dict[str, float]:
-    """What a call gives to the parameters of a subcircuit, and m."""
+    """The values of a call for the parameters of a subcircuit, and m."""
     where = element.where
     given = dict[str, float]()
     for key, tree in element.options.items():
@@ -233,7 +233,7 @@ def _given(element: Element, body: Body, scope: Scope) -> dict[str, float]:
         if also := names & ({*element.options, *body.defaults, *body.parameters} - {key}):
             raise invalid(
                 where,
-                f"give {key} without {min(also)}, which ngspice takes for the called one",
+                f"give {key} without {min(also)}, which ngspice reads as the called one",
                 body.name,
             )
         given[key] = scope.number(tree, f"{where}, {key},")
@@ -316,7 +316,7 @@ def _ideal(element: Element, model: ModelCard | None) -> Node | None:
 
 
 def _model(element: Element, scope: Scope) -> ModelCard | None:
-    """The model of an element, which is of a type that its letter goes with."""
+    """The model of an element, which is of a type that belongs to its letter."""
     if not element.model:
         return None
     card = scope.model(element.model, element)

@@ -21,7 +21,7 @@ class Diagnostic:
 
     ``code`` is a key of `harvester.presentation.messages.catalogue`; ``about`` names its
     subject (an engine, a scene key, ...), empty for the whole result; ``numbers`` are those of its
-    sentence.  A "warning" doubts the result, a "note" explains it, a "refusal" says the
+    sentence.  A "warning" doubts the result, a "note" explains it, a "refusal" states the
     reason why it is missing.  ``str()`` of it is its sentence.
 
     >>> from harvester.presentation.diagnostic import note

@@ -233,7 +233,7 @@ GLOSSARY = _terms(
     high95=("to", "", "The upper end of the 95 % interval."),
     boundary=("end of its range", "", "The end of the range at which the best value lies."),
     off=(
-        "error of a power, 95 %",
+        "power error, 95 %",
         "share",
         "The relative error of each sample's power, or the part common to all.",
     ),
@@ -269,7 +269,7 @@ GLOSSARY = _terms(
         "The mean time until a level is first passed.",
     ),
     largest_error=(
-        "largest error of a density",
+        "largest density error",
         "share",
         "The change by a coarser mesh, over its peak.",
     ),
@@ -306,11 +306,7 @@ GLOSSARY = _terms(
     PaperFigure=("figure of the paper", "", "Published theory, ours and Monte Carlo."),
     Cost=("the cost of accuracy", "", "Seconds against errors, engine by engine."),
     reference=("reference", "", "The reference of the others."),
-    sampling_error=(
-        "sampling",
-        "share",
-        "The relative half-width of the 95 % interval of sampling.",
-    ),
+    sampling_error=("sampling", "share", "The relative half-width of the 95 % sampling interval."),
     step_bias=("step", "share", "The relative time-step bias."),
     model_bias=("model", "share", "The relative model bias."),
     total_error=("total", "share", "All errors together, unknown parts at their upper bound."),
@@ -322,7 +318,7 @@ GLOSSARY = _terms(
     noiseless=("without noise, exact", "rate", "The exact value without noise."),
     Comparison=("engines side by side", "", "Every engine that supports a scene."),
     difference=("difference", "%", "The difference of the power from the reference's."),
-    z=("z", "", "The difference over the standard errors of sampling of both."),
+    z=("z", "", "The difference over the sampling errors (standard errors) of both."),
     spice_rms_error=("V of ngspice against the exact update", "", "The relative RMS difference."),
     decoupled_rms_error=("decoupled V against ngspice", "", "The relative RMS difference."),
     paths=(

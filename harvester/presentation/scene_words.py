@@ -4,7 +4,7 @@ For one that is not here a report states the text of its scene key, or its name.
 """
 
 COEFFICIENTS = {
-    "linear": "linear stiffness (1 where it is not named)",
+    "linear": "linear stiffness (1 if it is not given)",
     "alpha2": "quadratic stiffness α2",
     "alpha": "cubic stiffness α",
     "softening": "softening of the ceramic, -x|x|",

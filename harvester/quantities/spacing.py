@@ -10,9 +10,9 @@ def logspace(low: float | str, high: float | str, count: int) -> tuple[float | s
 
     Parameters
     ----------
-    low, high
+    low, high : float or str
         the ends: two numbers, or two texts of one kind of quantity.
-    count
+    count : int
         how many values, both ends among them.
 
     Returns
@@ -50,9 +50,9 @@ def linspace(low: float | str, high: float | str, count: int) -> tuple[float | s
 
     Parameters
     ----------
-    low, high
+    low, high : float or str
         the ends: two numbers, or two texts of one kind of quantity.
-    count
+    count : int
         how many values, both ends among them.
 
     Returns

@@ -197,7 +197,7 @@ def fraction(value: str) -> float:
     match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)(e-?\d{1,2})?\s*(%?)\s*", value)
     number = float(match[1] + (match[2] or "")) * (0.01 if match[3] else 1.0) if match else 0.0
     if not 0.0 < number < 1.0:
-        raise ValueError("must be a percentage between 0% and 100%, such as 1%")
+        raise ValueError("must be a percentage between 0 % and 100 %, such as 1%")
     return number
 
 

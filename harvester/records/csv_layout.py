@@ -1,4 +1,4 @@
-"""How a logger's CSV file is laid out: its delimiter, decimal sign, names and units of columns, and where data begin.
+"""The layout of a logger's CSV file: its delimiter, decimal sign, names and units of columns, and the first data row.
 
 Nothing is asked of the file but that its rows hold numbers or times: the layout that makes most
 lines such rows, and whose header has as many cells as they have, is the file's.  A column may hold

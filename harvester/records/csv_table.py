@@ -128,7 +128,7 @@ class CsvTable:
 
     ``bad`` are cells with a text that is not a finite number.
 
-    ``facts`` are stated above the numbers, ``notes`` report omitted lines.  Of a block
+    ``facts`` are stated above the numbers, ``notes`` report omitted lines.  In a block
     of a long file ``before`` rows of data precede its first.
     """
 
@@ -180,7 +180,7 @@ def table_of_text(text: str, path: str | Path, argument: str) -> CsvTable:
     if rows.beside >= FEWEST_BESIDE:
         raise InputError(
             f"{argument} must have settings above its numbers, but {shown(str(path))} has "
-            f"{rows.beside} rows of numbers beside them: delete the columns of settings"
+            f"{rows.beside} rows of numbers next to them: delete the columns of settings"
         )
     return table_of(rows, "\n".join(rows.rows), path, argument)
 

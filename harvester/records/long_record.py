@@ -246,7 +246,7 @@ def long_record(
     off = np.abs(when - when[0] - spacing * rows)
     if max(float(off.max()), 0.5 * uneven) > UNEVEN * spacing:
         row = int(rows[off.argmax()]) + 1
-        raise MendError(f"{argument} must have equal steps of time, but about row {row} has others")
+        raise MendError(f"{argument} must have equal time steps, but about row {row} has others")
     if not square > 0.0:
         raise invalid(argument, "have accelerations other than 0", 0.0)
     return LongRecord(

@@ -243,7 +243,7 @@ def _finest(
 ) -> tuple[CsvColumn, Floats]:
     """The column of times, and its numbers.
 
-    If the first one repeats its times, as whole seconds do, the one that goes on between, or the
+    If the first one repeats its times, as whole seconds do, the one that continues between, or the
     first with the fractions of a second that another one has.
     """
     first = columns[0]

@@ -1,7 +1,7 @@
 """Recorded shaking from CSV files: which columns are the time, the acceleration, the frequency and the density.
 
 The header names the columns with their units, in any order: ``time (s),acceleration (g)`` at equal
-steps of time, or ``frequency (Hz),psd (g^2/Hz)``, one-sided.  Other spellings are read too
+time steps, or ``frequency (Hz),psd (g^2/Hz)``, one-sided.  Other spellings are also read
 (`harvester.records.csv_table`); an ambiguous or uneven file is refused, with the command that mends
 it.
 """
@@ -152,7 +152,7 @@ def _checked(f: Floats, values: Floats, key: str) -> TabulatedDensity:
 
 
 def _with_slopes(text: str, path: str, key: str) -> TabulatedDensity:
-    """The density of a table with slopes or ranges."""
+    """The PSD of a table with slopes or ranges."""
     plain, ends = with_ranges(marked(text))
     table = table_of_text(plain, path, key)
     frequency, f = numbers(table, key, _is_abscissa, "frequency", FREQUENCY)
@@ -172,7 +172,7 @@ def _with_slopes(text: str, path: str, key: str) -> TabulatedDensity:
 
 
 def _with_steps(f: Floats) -> Floats:
-    """Frequencies of which two in a row may be equal, where a density steps: the second one is a little higher."""
+    """Frequencies of which two in a row may be equal, if a density steps: the second one is a little higher."""
     stepped = f.copy()
     stepped[1:][np.diff(f) == 0.0] *= 1.0 + STEP
     return stepped

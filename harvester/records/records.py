@@ -154,7 +154,7 @@ class TabulatedDensity:
         return float((self.rms**2 / top / square.rms) ** 2)
 
     def scaled(self, time: float, value: float) -> "TabulatedDensity":
-        """The density of the acceleration whose times are multiplied by ``time`` and accelerations by ``value``."""
+        """The PSD of the acceleration whose times are multiplied by ``time`` and accelerations by ``value``."""
         return TabulatedDensity(self.frequencies / time, self.values * value**2 * time)
 
     def at(self, frequencies: Floats) -> Floats:
@@ -175,7 +175,7 @@ class TabulatedDensity:
         return np.asarray(whole[k] + self._within(k, at))
 
     def _within(self, k: Any, f: Floats) -> Floats:
-        """The integral from the beginning of the segments k up to f: of G ~ f^p, or of a straight line next to a 0."""
+        """The integral from the beginning of the segments k up to f, for G ~ f^p or a straight line next to a 0."""
         low = self.frequencies[k]
         high = self.frequencies[k + 1]
         left = self.values[k]
@@ -194,8 +194,8 @@ class TabulatedDensity:
 
         Its lines are 1/period apart, and each has the power of the PSD half-way to its neighbours:
         the sum is near
-        Gaussian, and has the whole power of a band that is narrower than that.  The period is `SPAN`, or longer so that
-        `LINES` are in the narrowest band.
+        Gaussian, and has the whole power in a band that is narrower than that.  The period is
+        `SPAN`, or longer so that `LINES` are in the narrowest band.
 
         Raises InputError if that would be more than `MOST_SAMPLES`, or a step of h carries nothing
         of the density.

@@ -19,7 +19,7 @@ from harvester.studies.prediction.prediction_result import Prediction
 from harvester.studies.sensitivity import Sensitivity
 
 Z = (
-    "z: difference over the standard error of sampling of both. An engine with a bias of its model or step may be"
+    "z: difference over the standard errors of both. An engine with a bias of its model or step may be"
     " off by more than |z| < 4 allows, within that bias."
 )
 
@@ -39,7 +39,7 @@ def of_run(
     ``prediction`` is that of a real device.
     """
     problem = Problem.of(scene)
-    parts = "The parts of the error of the mean power, in percent of it."
+    parts = "The parts of the mean-power error, in percent of the mean power."
     ledger = any(name.startswith("ledger_") for name in answer.details)
     caption = f"{parts} Below, the power dissipated by element." if ledger else parts
     tables = [

@@ -116,7 +116,7 @@ def check_opposite_stop(
     """Refuse an opposite stop without a rigid stop opposite to it, or without room between them."""
     if not rigid:
         raise InputError(
-            f"{prefix}restitution must go with a rigid stop, but there is none: turn the axis round"
+            f"{prefix}restitution must be used with a rigid stop, but there is none: turn the axis round"
         )
     low = 0.0 - (gap or 0.0)
     high = opposite_gap or 0.0

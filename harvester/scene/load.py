@@ -62,15 +62,17 @@ class Load(SceneTable):
         if self.netlist is not None and not (self.netlist.strip() and self.netlist.isprintable()):
             raise invalid("load.netlist", "be the name of a netlist or a path", self.netlist)
         if self.parameters and self.netlist is None:
-            raise InputError("load.parameters must go with a netlist, but the load is a resistance")
+            raise InputError(
+                "load.parameters must be used with a netlist, but the load is a resistance"
+            )
         flat = [key for key in ("resistor", "store", "supplies") if getattr(self, key)]
         if flat and self.terminals is None:
             raise InputError(
-                f"load.{flat[0]} must go with load.terminals, the piezo's nets, but they are missing"
+                f"load.{flat[0]} must be used with load.terminals, the piezo's nets, but they are missing"
             )
         if self.terminals is not None and (self.netlist is None or not is_path(self.netlist)):
             raise InputError(
-                "load.terminals must go with the file of a flat netlist, but load.netlist is not one"
+                "load.terminals must be used with the file of a flat netlist, but load.netlist is not one"
             )
 
 

@@ -105,7 +105,7 @@ class Nondimensional(SceneTable):
         for key, whole in (("gap", stop), ("opposite_gap", self.opposite_restitution is not None)):
             if getattr(self, key) is not None and not whole:
                 raise InputError(
-                    f"nondimensional.{key} must go with a stop, but there is none: give its restitution"
+                    f"nondimensional.{key} must be used with a stop, but there is none: give its restitution"
                 )
         if stop or self.stop_damping is not None:
             check_rigid_or_compliant(

@@ -318,12 +318,7 @@ class Excitation(SceneTable):
         | None
     ) = None
     acceleration_psd_file: (
-        Annotated[
-            str,
-            "tabulated power spectral density of noise (log-log; a ramp to a 0), CSV",
-            "'psd.csv'",
-        ]
-        | None
+        Annotated[str, "tabulated noise PSD (log-log; a ramp to a 0), CSV", "'psd.csv'"] | None
     ) = None
     profile: (
         Annotated[str, "vibration profile by name, listed by 'harvester keys profile'", "'walking'"]

@@ -65,17 +65,17 @@ class Scene(SceneTable):
 
     Parameters
     ----------
-    title
+    title : str, optional
         a name, for figures and reports.
-    oscillator, piezo, stop, opposite_stop, excitation, load
+    oscillator, piezo, stop, opposite_stop, excitation, load : scene tables, optional
         the tables of a physical scene, in SI units; one that is None is an effect that is absent.
-    mode, magnifier, ball
+    mode, magnifier, ball : scene tables, optional
         further modes of vibration, the second to the fourth, a mass on a spring under the device,
         and a free ball.
-    storage, node, chip
+    storage, node, chip : scene tables, optional
         the store, the sensor node and the chip between them that `node` follows behind the load's
         rectifier.
-    nondimensional
+    nondimensional : Nondimensional, optional
         the table of a nondimensional scene, in place of all others.
 
     Examples

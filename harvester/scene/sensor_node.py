@@ -1,4 +1,4 @@
-"""A sensor node and the storage that feeds it: tables that `harvester node` reads, beside the device."""
+"""A sensor node and the storage that feeds it: tables that `harvester node` reads, next to the device."""
 
 import math
 from typing import Annotated, ClassVar

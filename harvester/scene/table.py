@@ -13,6 +13,8 @@ from typing import (
     TypeAlias,
     TypeVar,
     dataclass_transform,
+    get_args,
+    get_origin,
 )
 
 import pydantic
@@ -156,11 +158,14 @@ def scene_table(table: type[Table]) -> type[Table]:
     )
     made = one_line_errors(made)
     described = [
-        f"    {key.name}\n        {key.meaning}" + f" ({key.unit})" * bool(key.unit)
+        f"    {key.name} : {type_in_words(table, key.name)}\n        {key.meaning}"
+        + f" ({key.unit})" * bool(key.unit)
         for key in keys_of(made)
     ]
+    text, found, example = (table.__doc__ or "").rstrip().partition("    >>> ")
+    examples = ["", "    Examples", "    --------", found + example] if found else []
     made.__doc__ = "\n".join(
-        [(table.__doc__ or "").rstrip() + "\n", "    Parameters", "    ----------", *described]
+        [text.rstrip() + "\n", "    Parameters", "    ----------", *described, *examples]
     )
     return made  # type: ignore[no-any-return]
 
@@ -200,6 +205,23 @@ def keys_of(table: type[SceneTable]) -> list[SceneKey]:
             SceneKey(table.TABLE, field.name, unit, meaning, example.replace("'", '"'), needed)
         )
     return keys
+
+
+def type_in_words(table: type, name: str) -> str:
+    """The type of a key as NumPy's docstrings write it, such as "float or str, optional"."""
+    left_out = getattr(table, name, dataclasses.MISSING) is not dataclasses.MISSING
+    return _in_words(table.__annotations__[name]) + ", optional" * left_out
+
+
+def _in_words(annotation: Any) -> str:
+    origin = get_origin(annotation) or annotation
+    for kind, words in _TYPES.items():
+        if origin is kind:
+            return words
+    return next(filter(None, map(_in_words, get_args(annotation))), "")
+
+
+_TYPES = {float: "float or str", str: "str", tuple: "tuple", Mapping: "mapping"}
 
 
 def notes(table: type, name: str) -> list[Any]:

@@ -24,9 +24,9 @@ def loads(text: str, folder: Path | None = None) -> Scene:
 
     Parameters
     ----------
-    text
+    text : str
         TOML, with numbers in SI units and texts with their unit.
-    folder
+    folder : path, optional
         from which the paths of its netlist and records start, and which they must not leave;
         without it, paths are the caller's own: any, from the current folder.
 
@@ -99,7 +99,7 @@ def load(path: str | Path) -> Scene:
 
     Parameters
     ----------
-    path
+    path : path
         of the file; its netlist and records must be in the file's folder or below it.
 
     Returns

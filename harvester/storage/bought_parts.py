@@ -1,6 +1,6 @@
 """Parts that can be bought, which `harvester design` chooses from: coils, and harvesting chips, with their sources.
 
-Their numbers stand in netlists/parts/bought_parts.toml, or in the netlist that is a chip's referee.
+Their numbers are in netlists/parts/bought_parts.toml, or in the netlist that is a chip's referee.
 """
 
 import math
@@ -29,7 +29,7 @@ class BoughtCoil:
 
     @property
     def core_resistance(self) -> float:
-        """What stands across an ideal coil for the core's losses (ohm): (w L)^2/(w L/Q - R)."""
+        """The resistance across an ideal coil for the core's losses (ohm): (w L)^2/(w L/Q - R)."""
         reactance = 2.0 * math.pi * self.test_frequency * self.inductance
         return reactance**2 / max(reactance / self.quality - self.resistance, 1e-3 * reactance)
 
@@ -53,7 +53,7 @@ class Chip:
     between ``least`` and ``most`` (V): it looks at that every ``period`` (s), with the converter
     off for ``look``.  It charges the store up to ``full`` (V) with efficiencies ``charging`` in
     rows of input voltage (V), current (A) and efficiency, straight between voltages and logarithms
-    of currents.  From empty to ``hand_over`` (V) it takes ``cold_voltage`` with ``cold_efficiency``
+    of currents.  From empty to ``hand_over`` (V) it needs ``cold_voltage`` with ``cold_efficiency``
     if at least ``cold_power`` (W) comes.  One without a ratio has its store at the input.  The
     output begins at ``rise`` of the store (V) and ends below ``fall``; ``own`` is the chip's own
     current (A), and ``low_own`` that before the output begins, the same if it is 0.
@@ -65,8 +65,8 @@ class Chip:
     its input: a BAT54.
 
     ``names`` are the parameters of the ``netlist`` that is the chip's referee, for the output's voltage, ``rise``,
-    ``fall`` and ``full``.  ``source`` names the sheet, and ``assumed`` what no text of it confirmed: there the number
-    is a usual one, and charging may be off by the part ``spread``.
+    ``fall`` and ``full``.  ``source`` names the sheet, and ``assumed`` unconfirmed numbers: each
+    is usual, and charging may be off by the part ``spread``.
     """
 
     outputs: dict[float, tuple[float, float]]
@@ -133,7 +133,7 @@ def _as_tuples(value: Any) -> Any:
 
 
 def _chip(keys: dict[str, Any]) -> Chip:
-    """A chip of the file: what its ``netlist_keys`` name is a parameter of its netlist."""
+    """A chip of the file: the names in ``netlist_keys`` are parameters of its netlist."""
     names = keys.pop("netlist_keys", {})
     values = load_circuit(Load(netlist=keys["netlist"])).values if names else {}
     numbers = {key: values[name] for key, name in names.items()} | {

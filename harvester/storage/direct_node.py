@@ -1,8 +1,8 @@
 """A node without mean currents: mass and rectifier with their own capacitor, in slices of a vibration.
 
-The capacitor is the store, or what is at the input of a chip that holds it.  After each slice the
-chip moves its charge on by its law (`harvester.storage.bought_parts.Chip`), and the node takes what
-it takes.  This is what a slow computation is compared with, and what takes its place where a store
+The capacitor is the store, or the one at the input of a chip that holds it.  After each slice the
+chip moves its charge by its law (`harvester.storage.bought_parts.Chip`), and the node draws its
+current.  A slow computation is compared with this, and replaced by it if a store
 is not slow compared with the vibration.
 """
 
@@ -28,7 +28,7 @@ STARTED = 10.0  # vibrations over which a cold start's power is a mean
 def can_run(run: NodeRun) -> bool:
     """Whether a node is one that the direct run knows: on a capacitor without pores, with all packets alike.
 
-    A chip that holds its input must look at it at times, as that is where its voltage comes from.
+    A chip that holds its input must look at it at times, as its voltage comes from there.
     """
     store = run.storage
     node = run.node
@@ -41,7 +41,7 @@ def can_run(run: NodeRun) -> bool:
 
 @dataclass
 class _Tracker:
-    """A chip that holds its input, and the charge that it takes from there."""
+    """A chip that holds its input, and the charge that it draws from there."""
 
     chip: Chip
     begun: float | None = None  # s, of its first look
@@ -78,7 +78,7 @@ class _Tracker:
 
 @dataclass
 class _Consumer:
-    """The node of a run: which of its states it is in, the last being sleep, and what it did."""
+    """The node of a run: which of its states it is in, the last being sleep, and its results."""
 
     run: NodeRun
     course: NodeCourse = field(default_factory=NodeCourse)
@@ -133,7 +133,7 @@ class _Consumer:
 
 
 def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0) -> NodeCourse:
-    """What happens in a time from rest on, under a drive or white noise, with the netlist's own rectifier.
+    """The events in a time from rest on, under a drive or white noise, with the netlist's own rectifier.
 
     Raises as `CompiledCircuit`.
     """

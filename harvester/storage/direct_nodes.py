@@ -1,8 +1,8 @@
 """Many nodes under noise without mean currents: mass, rectifier and store together, with the node that empties it.
 
-What `harvester.storage.direct_node` does of one node is done here of a batch, each on a noise of
-its own, by the rectifier of ideal elements where the netlist is one.  In each slice of a vibration
-the store gives what the node takes at its voltage then.
+The work of `harvester.storage.direct_node` for one node is done here for a batch, each on a noise
+of its own, by the rectifier of ideal elements if the netlist is one.  In each slice of a vibration
+the store gives the node its current at its voltage then.
 """
 
 import math
@@ -34,12 +34,12 @@ def take_slices(
     levels: Floats,
     now: float,
 ) -> None:
-    """Let nodes take what they take in a slice from their stores at ``volts``, which is changed, shape (n,).
+    """Let nodes draw their charge of a slice from their stores at ``volts``, which is changed, shape (n,).
 
-    ``records``, shape (`ROWS`, n), is what they do, with the number of a state or -1, and the seconds of it that are
-    left; ``drawn`` are currents (A) at even voltages up to the top, the last of a node that waits, which
-    the last of the ``stops`` is below.  ``levels`` are the
-    wake voltage, the top, the capacitance, and the length of a slice (s), which begins ``now``.
+    ``records``, shape (`ROWS`, n), is their activity, with the number of a state or -1, and the
+    seconds of it that are left; ``drawn`` are currents (A) at even voltages up to the top, the last
+    of a node that waits, which the last of the ``stops`` is below.  ``levels`` are the wake
+    voltage, the top, the capacitance, and the length of a slice (s), which begins ``now``.
     """
     wake, top, farads, slice_ = levels
     finest = drawn.shape[1] - 1
@@ -85,9 +85,9 @@ def take_slices(
 
 
 class DirectNodes(NamedTuple):
-    """What each of some nodes did from rest in so many ``seconds``, shape (n,); ``first`` is 0 if none was sent.
+    """The activity of each of some nodes from rest in so many ``seconds``, shape (n,); ``first`` is 0 if none was sent.
 
-    ``given`` and ``clamped`` are energies (J) that came into the store, and that the clamp took.
+    ``given`` and ``clamped`` are energies (J) that came into the store, and that the clamp removed.
     """
 
     packets: Floats
@@ -109,7 +109,7 @@ def direct_nodes(
     seed: int = 0,
     compiled: bool = False,
 ) -> DirectNodes:
-    """What ``count`` nodes of a run do from rest on, under noise, with a capacitor that a rectifier charges.
+    """The activity of ``count`` nodes of a run from rest on, under noise, with a capacitor that a rectifier charges.
 
     A chip is one whose store is at its input.  ``compiled``: with the netlist's own elements in any case.
 

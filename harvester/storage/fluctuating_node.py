@@ -2,11 +2,11 @@
 
     i(V) = I(V) + sqrt(S(V)/L) xi      in each window of a length L, with xi normal and new in each
 
-S is the spectral density of the current at frequency zero.  How the current goes within a window is
-not known: what windows of twice the length, with the same charge, change of a number is its error.
-What the mass remembers fades in less than a window, and a window is short compared with what the
-store takes to the wake voltage.  Courses are as long as so many windows; what days do beyond that
-the mean current says (two levels): the number of long ones is
+S is the current's spectral density at frequency zero.  The course of the current within a window is
+not known: the change of a number by windows of twice the length, with the same charge, is its
+error. The memory of the mass fades in less than a window, and a window is short compared with the
+time that the store needs to the wake voltage.  Courses are as long as so many windows; the days
+beyond that follow the mean current (two levels): the number of long ones is
 
     E[noisy, short] + (mean current, long) - (mean current, short).
 
@@ -89,10 +89,10 @@ def noisy_course(run: NodeRun, noise: Fluctuations, k: int, seconds: float) -> N
 def spread_of(run: NodeRun, length: float) -> Floats:
     """The standard deviation (A) of the current into a store at the run's voltages, over windows of a length (s).
 
-    That of a chip which holds its input is the same part of what it gives as at its input.
+    That of a chip which holds its input is the same part of its output as at its input.
     """
     table, chip = run.current, run.chip
-    assert isinstance(table, RectifiedCurrent), "of shaking that always is alike"
+    assert isinstance(table, RectifiedCurrent), "steady excitation"
     if chip is None or chip.ratio is None:
         return np.sqrt(table.column_at("density", run.volts) / (FINITE * length))
     opened = min(float(input_without_load(chip, table.voltages, table.current[None])[0]), chip.most)
@@ -105,7 +105,7 @@ def spread_of(run: NodeRun, length: float) -> Floats:
 
 @dataclass(frozen=True)
 class Lived:
-    """What a node does: by the ``mean`` current; and if it fluctuates in ``groups`` of courses, each their mean.
+    """A node's activity: by the ``mean`` current; and if it fluctuates in ``groups`` of courses, each their mean.
 
     ``short`` is the course of the mean current that is as long as those.
     """
@@ -115,7 +115,7 @@ class Lived:
     groups: tuple[NodeCourse, ...] = ()
 
     def number(self, read: Read) -> float:
-        """A number of the course, with what the fluctuations change."""
+        """A number of the course, with the change by the fluctuations."""
         if self.short is None:
             return float(read(self.mean))
         both = 0.0 if self.short is self.mean else read(self.mean) - read(self.short)
@@ -161,7 +161,7 @@ def mean_course(courses: "tuple[NodeCourse, ...] | list[NodeCourse]") -> NodeCou
 
 
 def lived(run: NodeRun, rough: NodeRun, seconds: float, noise: Fluctuations) -> Lived:
-    """What a run does in so many seconds under noise; ``rough`` is the same with a table of `POINTS`."""
+    """The activity of a run in so many seconds under noise; ``rough`` is the same with a table of `POINTS`."""
     end = min(noise.seconds, seconds)
     short = rough.course(end)
     courses = [noisy_course(rough, noise, k, end) for k in range(len(noise.variates))]

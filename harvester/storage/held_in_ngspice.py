@@ -1,4 +1,4 @@
-"""What a rectifier's mean current differs by from ngspice's while the store is held, if a netlist is a user's own.
+"""The difference of a rectifier's mean current from ngspice's while the store is held, if a netlist is a user's own.
 
 At two voltages on the way to the working voltage the compiled rectifier and ngspice's continue from
 one state of mass and circuit, with the same shaking.  Their stores, which are so large that they
@@ -6,7 +6,7 @@ are held, gain charges that differ by a part.  Each has its own motion; if noise
 at a stop, paths part at impacts, and both move as the compiled rectifier lets the mass move (as
 `harvester.cosimulation.same_motion`).
 
-The netlists of this package are compared in tests, and `JUDGE` is what those found.
+The netlists of this package are compared in tests, and `JUDGE` is their finding.
 """
 
 import dataclasses
@@ -59,7 +59,7 @@ class Piece(NamedTuple):
 def error_of_circuit(
     problem: Problem, volts: float, seed: int = 0, piece: Piece | None = None
 ) -> tuple[float, str]:
-    """By what part a mean current may differ from ngspice's at 95 %, and what of that is not known ("": all is).
+    """By what part a mean current may differ from ngspice's at 95 %, and its unknown part ("": all is known).
 
     ``volts`` is the working voltage of the store.  For this package's netlists it is `JUDGE`, and
     no less of a user's own, whose difference is measured; that is not known if ngspice is missing,

@@ -1,7 +1,7 @@
 """The rectifier's current at held voltages, measured: runs of the mass from rest up a ladder of voltages.
 
 Under a harmonic drive one run of the compiled circuit does, whole periods long; noise asks for
-many, of the circuit of ideal elements where the netlist is one, which is far cheaper.
+many, of the circuit of ideal elements if the netlist is one, which is far cheaper.
 
 `measured` gives it for a scene: under a drive with the time-step error, under noise with that of
 sampling.
@@ -62,12 +62,12 @@ def time_constant(eqs: Equations) -> float:
 class Rectifier:
     """The rectifier of a problem's circuit, with a store of any ``farads`` behind it and nothing else.
 
-    ``ideal`` is the circuit of ideal elements where the netlist is one, a hundredth as dear; None
+    ``ideal`` is the circuit of ideal elements if the netlist is one, a hundredth as dear; None
     if it is not.
     """
 
     def __init__(self, problem: Problem) -> None:
-        assert problem.circuit is not None, "what has a rectifier is a circuit"
+        assert problem.circuit is not None, "a scene with a rectifier has a circuit"
         self.load, self.scales = problem.circuit, problem.scales
         self.held = HELD * self.scales.capacitance  # F of a store that is held
         self.parts = held_rectifier(self.load, self.held)
@@ -76,7 +76,7 @@ class Rectifier:
     def ideal(self) -> IdealCircuit | None:
         """The circuit of ideal elements, also of a bridge of four diodes of a user's own, and with a chip behind it.
 
-        Diodes that are not alike are taken as alike: what that changes is measured with all that
+        Diodes that are not alike are treated as alike: the change by that is measured with all that
         ideal elements leave out.
         """
         if (
@@ -109,17 +109,17 @@ class Rectifier:
 
 
 def store_row(circuit: Elements, farads: float, scales: Scales) -> tuple[int, float]:
-    """Where a batch of trajectories has the charge of a store of so many ``farads``, and in which unit (C)."""
+    """The place of the charge in a batch of trajectories of a store of so many ``farads``, and in which unit (C)."""
     if isinstance(circuit, CompiledCircuit):
         return MASS_ROWS + circuit.charge_at(STORE), 1.0
     return 3, farads * scales.volts
 
 
 class HeldPath:
-    """One run, of a compiled ``circuit``, whose store is held where it has that of `Rectifier.held`.
+    """One run, of a compiled ``circuit``, whose store is held at the charge of `Rectifier.held`.
 
-    ``peak`` is the largest displacement so far, nondimensional; ``at`` is where the store's charge
-    stands in ``state``.
+    ``peak`` is the largest displacement so far, nondimensional; ``at`` is the place of the store's
+    charge in ``state``.
     """
 
     together = 1
@@ -191,7 +191,7 @@ class HeldRuns:
     def advance(
         self, volts: Floats | float | None, duration: float
     ) -> tuple[Floats, Floats, float]:
-        """Go on: charges (C) of the runs, as `HeldPath.advance`; the store has what it had if ``volts`` is None.
+        """Continue: charges (C) of the runs, as `HeldPath.advance`; the store keeps its charge if ``volts`` is None.
 
         Voltages of its own for each run have the shape (blocks, BATCH).
         """
@@ -285,7 +285,7 @@ def _over_runs(values: Floats, together: int) -> tuple[float, float]:
 
 
 class Currents(NamedTuple):
-    """I(V), the same of the scene's step if its own error is known, and how many steps they took.
+    """I(V), the same of the scene's step if its own error is known, and their number of steps.
 
     ``displacement`` is the largest (m) on the way up under a drive; None under noise.
     """

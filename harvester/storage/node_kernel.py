@@ -168,11 +168,11 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
     ``currents`` are charging, shape (windows, points), drawn, shape (states, points), and that of
     the waiting node, in A at even voltages up to the top; ``levels`` are the wake voltage, the top,
     the capacitance, the length of a window, 0 for one that lasts, the voltage of a battery, 0
-    without one, the voltages at which the flag of low energy comes and goes, and how long sleep is
-    with it.  ``branches`` are conductances, capacitances and voltages of what is in parallel with
-    the store, shape (3, n).  The last of the states, which last ``durations`` and end at the
-    voltages ``stops``, is sleep.  A packet takes as many ``tries`` as these say in turn, and is
-    lost if one is negative.
+    without one, the voltages at which the flag of low energy appears and disappears, and how long
+    sleep is with it.  ``branches`` are conductances, capacitances and voltages of the parts in
+    parallel with the store, shape (3, n).  The last of the states, which last ``durations`` and end
+    at the voltages ``stops``, is sleep.  A packet needs as many ``tries`` as these list in turn,
+    and is lost if one is negative.
     """
     (charging, drawn, waiting), (t, volts, hours) = currents, course
     store = (charging, levels, branches)

@@ -5,10 +5,10 @@
 In each state s this is one equation of V alone, which Runge and Kutta's method of fourth order
 follows; if V passes a threshold the state ends.  The node sees V - ESR i_s.  Charge that moves into
 the pores of a supercapacitor is that of a line of resistance and capacitance, closed at its end,
-next to C (`branches_of`).  A battery keeps its voltage; what changes is the share of its charge,
-here that share of the voltage.  What would charge the store above the clamp is lost.  I(V, t) is
+next to C (`branches_of`).  A battery keeps its voltage; the changing quantity is the share of its
+charge, here that share of the voltage.  Charge beyond the clamp is lost.  I(V, t) is
 one function of V, or one in each window of a record that repeats itself
-(`harvester.storage.recorded_current`), or what a chip makes of either (`harvester.storage.supply`).
+(`harvester.storage.recorded_current`), or a chip's output from either (`harvester.storage.supply`).
 """
 
 import math
@@ -47,10 +47,10 @@ DRAWN = 65_536  # packets of which the tries are drawn, and repeated
 
 @dataclass
 class NodeCourse:
-    """What happened: seconds that it ran, packets that arrived and that were lost, the time of the first, V over time.
+    """The events: seconds that it ran, packets that arrived and that were lost, the time of the first, V over time.
 
     ``given`` and ``clamped`` are the energies (J) that came from the rectifier and that the clamp
-    took.  Points of the course are up to where it repeats itself.  ``hours`` has the packets of
+    used.  Points of the course are up to where it repeats itself.  ``hours`` has the packets of
     each hour, evenly from there on. ``intervals`` are the mean times (s) between packets in bins,
     and how many there were, shape (2, n), ascending; ``last`` is the time of the last packet.  Of
     the mean of several courses numbers are not whole ones.
@@ -106,11 +106,11 @@ def _top_of(current: AnyCurrent, storage: Storage, chip: Chip | None) -> float:
 
 
 def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | None) -> float:
-    """How much later (s) a store wakes the node than I(V) alone tells: the mass rings up from rest, the current lags.
+    """How much later (s) a store wakes the node than by I(V) alone: the mass rings up from rest, the current lags.
 
     For a chip that holds its input this is the ring-up into an empty store, and half of its first
-    look: what the input's capacitor gains in a look it gives back, so that the whole is the most.
-    A record rings its mass up itself.
+    look: the input's capacitor returns the charge that it gains in a look, so that the whole is the
+    most. A record rings its mass up itself.
     """
     first = storage.initial_voltage or 0.0
     wake = node.wake_voltage
@@ -130,7 +130,7 @@ def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | 
 
 
 class NodeRun:
-    """A node on a store, whose charging current is a table; with a ``chip`` that is what the chip makes of it."""
+    """A node on a store, whose charging current is a table; with a ``chip`` that is the chip's output."""
 
     def __init__(
         self,
@@ -188,7 +188,7 @@ class NodeRun:
 
     @property
     def farads(self) -> float:
-        """The capacitance (F) of the store, or what a battery's charge is over its voltage."""
+        """The capacitance (F) of the store, or a battery's charge over its voltage."""
         store = self.storage
         return (
             store.farads
@@ -198,7 +198,7 @@ class NodeRun:
 
     @property
     def needed(self) -> float:
-        """The mean power (W) that the node takes from the store while it runs, at the wake voltage, without retries."""
+        """The mean power (W) that the node draws from the store while it runs, at the wake voltage, without retries."""
         k = round(min(self.node.wake_voltage, self.top) / self.top * (len(self.volts) - 1))
         charge = sum(
             float(drawn[k]) * seconds
@@ -207,7 +207,7 @@ class NodeRun:
         return charge / self.node.interval * float(self.volts[k])
 
     def course(self, seconds: float) -> NodeCourse:
-        """What happens in a time from the beginning."""
+        """The events in a time from the beginning."""
         node, storage = self.node, self.storage
         stops = np.array([self.stop_of(drawn) for drawn in self.drawn])
         counts = np.zeros(COUNTS)

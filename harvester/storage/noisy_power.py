@@ -1,16 +1,16 @@
 """The mean power of a chip's load under noise: from the rectifier's mean current, and from how that fluctuates.
 
-The current is measured behind ideal diodes if those of the rectifier are alike, up to where the
-slow circuit goes. That runs until its mean power changes no more, and again in `PAIRS` of runs
-whose current fluctuates, the second as the mirror image of the first, with the measured spectral
-density and the correlation time of the mass's energy.  What they differ by from the run without is
-added, and counts as an error.
+The current is measured behind ideal diodes if those of the rectifier are alike, up to the voltage
+at which the slow circuit ends. That runs until its mean power changes no more, and again in `PAIRS`
+of runs whose current fluctuates, the second as the mirror image of the first, with the measured
+spectral density and the correlation time of the mass's energy.  Their difference from the run
+without is added, and counts as an error.
 
-The time scales are taken apart as far as a direct run agrees: mass and circuit together continue
+The time scales are separated as far as a direct run agrees: mass and circuit together continue
 for `DIRECT` time constants of the mass from where the fluctuating runs end, as the slow circuit
-does. What load and store gain differs by a part, which corrects the current (two levels); its size
-and its sampling are errors of the current.  Runs with a held store on the same noise, whose mean is
-known from many more, take most of the sampling away.
+does. The gains of load and store differ by a part, which corrects the current (two levels); its
+size and its sampling are current errors.  Runs with a held store on the same noise, whose mean is
+known from many more, remove most of the sampling error.
 """
 
 import math
@@ -54,7 +54,7 @@ LEAST = 0.1
 
 
 def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
-    """The stationary mean power of the load behind a cut, under noise; see `SlowPower`.
+    """The load's stationary mean power behind a cut, under noise; see `SlowPower`.
 
     If the time scales are not apart its ``scales_apart`` is False, and it has no direct run in
     its place.
@@ -100,7 +100,7 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
         corrected = mean + change - gain.value * by_less / less
         return Value(corrected, errors, abs(base - mean), model, unknown=unknown), abs(change)
 
-    assert table.square_error is not None, "of noise"
+    assert table.square_error is not None, "noise"
     power, change = known("square")
     square, _ = known("piezo", float(table.column_at("square_error", path.rails).mean()))
     off = max(abs(gain.value), change / max(power.value, 1e-300))

@@ -1,4 +1,4 @@
-"""A chip's mean power at once, a few per cent off: what a page shows before the whole answer is there."""
+"""A chip's mean power at once, a few per cent off: for a page until the whole answer is there."""
 
 import numpy as np
 

@@ -1,10 +1,10 @@
 """The rectifier's mean current in each window of a record, at held voltages: many lanes share the record's time.
 
-A record has quiet and loud parts, so that I(V) alone says little.  Here the mass is followed along
-the whole record with the store held at each of some voltages, and I(V, t) is what the rectifier
-gives in each window of time.  The record is taken in pieces; in each a batch of trajectories has
-some parts of it side by side, which begin early by the time that the mass needs to forget its
-start.
+A record has quiet and loud parts, so that I(V) alone is not enough.  Here the mass is followed
+along the whole record with the store held at each of some voltages, and I(V, t) is the current that
+the rectifier gives in each window of time.  The record is cut into pieces; in each a batch of
+trajectories has some parts of it side by side, which begin early by the time that the mass needs to
+forget its start.
 
 Long because windows, lanes and the table that they fill are of one design.
 """
@@ -107,11 +107,11 @@ class StoreBatch:
         self._words = aligned((2, BATCH), np.uint64)
 
     def hold(self) -> None:
-        """Set the stores back to what they had at first."""
+        """Set the stores back to their first charges."""
         self.state[self._row] = self.charge / self._unit
 
     def begin(self, samples: Floats, positions: Floats) -> None:
-        """Take accelerations at all steps, and where in them each trajectory is."""
+        """Set the accelerations at all steps, and the place of each trajectory in them."""
         self._filter[:] = samples[positions.astype(int)], positions
         self._shaker = of_batch(filter_of(self.eqs, self.h), self._filter, self._words, samples)
 
@@ -192,11 +192,11 @@ def windows_of(
 
 
 class Recorded(NamedTuple):
-    """I(V, t), the same of the scene's step, and how many steps they took.
+    """I(V, t), the same of the scene's step, and their number of steps.
 
     ``separation`` is by what part the charges differ that stores of their own capacitance gain,
     ``elements`` by what part they do behind the netlist's own elements, and those by ngspice's;
-    ``unknown`` states what of that is not known.
+    ``unknown`` states the unknown part of that.
     """
 
     best: RecordedCurrent
@@ -215,11 +215,11 @@ def recorded(
 ) -> Recorded:
     """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
 
-    It is that of ideal elements where the netlist has such ones, which are judged by its own.  In
-    the loudest windows a store of ``farads`` (None: a held one) that is not held gains what it
-    should as well, but for what taking the time scales apart changes.  That of a user's own netlist
-    is compared with ngspice as well, on the way to the ``working`` voltage (V) of the store; None:
-    to half of the highest.
+    It is that of ideal elements if the netlist has such ones, which are judged by its own.  In
+    the loudest windows a store of ``farads`` (None: a held one) that is not held gains the charge
+    that it should as well, but for the effect of separating the time scales.  That of a user's own
+    netlist is compared with ngspice as well, on the way to the ``working`` voltage (V) of the
+    store; None: to half of the highest.
 
     Raises as `CompiledCircuit`.
     """

@@ -52,7 +52,7 @@ class MeanCurrent:
         return np.asarray(self.curve(np.clip(volts, 0.0, self.voltages[-1])))
 
     def halved(self) -> Self:
-        """The table without every other voltage but the ends: what it then says differently is the interpolation."""
+        """The table without every other voltage but the ends: its change then is the interpolation error."""
         keep = np.unique(np.append(np.arange(0, len(self.voltages), 2), len(self.voltages) - 1))
         columns = {
             name: column[..., keep]

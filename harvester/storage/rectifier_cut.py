@@ -1,7 +1,7 @@
 """A load circuit cut in two behind its rectifier, or with its store held at a voltage.
 
-The rectifier is what touches the piezo's electrodes: diodes that lead to two nodes, the rails.
-What is behind them sees the vibration through the rectifier's current alone.
+The rectifier is made of the parts at the piezo's electrodes: diodes that lead to two nodes, the
+rails. The circuit behind them sees the vibration through the rectifier's current alone.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ ELECTRODES = frozenset({"p", "0"})
 
 @dataclass(frozen=True)
 class Cut:
-    """A circuit with its ``rectifier`` and what is ``behind`` its rails, the positive one first."""
+    """A circuit with its ``rectifier`` and the part ``behind`` its rails, the positive one first."""
 
     rectifier: tuple[CircuitPart, ...]
     behind: tuple[CircuitPart, ...]
@@ -47,7 +47,7 @@ class Cut:
 
     @property
     def leak(self) -> float | None:
-        """Conductance (S) of resistors beside store and load; None if anything else is there."""
+        """Conductance (S) of resistors in parallel with store and load; None if anything else is there."""
         more = [part for part in self.behind if part.name not in (STORE, LOAD)]
         across = set(self.rails)
         ohms = [effective_value(part) for part in more if part.kind == "r"]
@@ -66,13 +66,13 @@ class Cut:
         ]
 
     def slow(self) -> list[CircuitPart]:
-        """What is behind the rails, with the rails in place of the electrodes."""
+        """The circuit behind the rails, with the rails in place of the electrodes."""
         names = dict(zip(self.rails, ("p", "0"), strict=True))
         return [part.renamed(names) for part in self.behind]
 
 
 def cut_behind_rectifier(load: LoadCircuit) -> Cut | None:
-    """The circuit cut behind its rectifier; None if what touches the electrodes is no bridge of diodes."""
+    """The circuit cut behind its rectifier; None if the parts at the electrodes are not a diode bridge."""
     parts = load.parts
     rectifier = tuple(part for part in parts if ELECTRODES & set(part.nodes))
     behind = tuple(part for part in parts if part not in rectifier)
@@ -105,7 +105,7 @@ def with_store(parts: Sequence[CircuitPart], farads: float) -> list[CircuitPart]
 
 
 def held_rectifier(load: LoadCircuit, farads: float) -> list[CircuitPart]:
-    """The rectifier with a store of ``farads``, and no load: what is behind that of a chip is left out."""
+    """The rectifier with a store of ``farads``, and no load: the circuit behind a chip's store is left out."""
     cut = cut_behind_rectifier(load)
     return (
         with_store(load.parts, farads) if cut is None or is_plain_store(load) else cut.held(farads)

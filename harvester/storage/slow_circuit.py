@@ -1,4 +1,4 @@
-"""What is behind a rectifier, over hours: the rest of the netlist as a compiled circuit, fed by the mean current.
+"""The circuit behind a rectifier, over hours: the rest of the netlist as a compiled circuit, fed by the mean current.
 
     tau i' = I(u) - i + sqrt(S(u)) xi        u: the voltage between the rectifier's rails
 
@@ -7,8 +7,8 @@ fluctuate, with the spectral density that was measured at frequency zero (xi: wh
 density).  Steps are those of the slow circuit, many vibrations of the fast one may pass in each;
 within a step the circuit chooses its own.
 
-How far apart the time scales are `direct_check` tells: mass and circuit together from rest, next to
-the slow store; under noise `noise_check` does, by many runs.
+The separation of the time scales is measured by `direct_check`: mass and circuit together from
+rest, next to the slow store; under noise `noise_check` does, by many runs.
 """
 
 import math
@@ -125,7 +125,7 @@ class SlowCircuit:
 
 
 class DirectCheck(NamedTuple):
-    """What mass and circuit together need longer (s) than the slow store, by the end and half-way, in ``seconds``."""
+    """The extra time (s) of mass and circuit together over the slow store, by the end and half-way, in ``seconds``."""
 
     late: float
     early: float
@@ -146,7 +146,7 @@ def direct_check(
     longest: float,
     h: float | None = None,
 ) -> DirectCheck:
-    """The check under a drive, of a whole circuit whose store the slow computation takes to ``volts`` at ``times``.
+    """The check under a drive, of a whole circuit whose store the slow computation brings to ``volts`` at ``times``.
 
     Both are ascending and finite; the direct run is as ``longest`` at most.
     """
@@ -166,7 +166,7 @@ def direct_check(
 
 
 def change_at_95(other: Floats, base: Floats) -> float:
-    """What the mean of runs differs by from that of others on the same noise, as a part of it, with its sampling."""
+    """The difference of the mean of runs from that of others on the same noise, as a part of it, with its sampling."""
     return share95(difference95(other, base), max(abs(float(base.mean())), 1e-300))
 
 
@@ -178,14 +178,16 @@ def noise_check(
     seed: int,
     times_as_many: int = 1,
 ) -> tuple[float, float, int]:
-    """The errors of a mean current as parts of it, and the steps: of charges on the same noise, from rest.
+    """The relative errors of a mean current, and the steps: by charges on the same noise, from rest.
 
-    The ``path`` is voltages (V) with their ascending times (s).  A held store that goes along all of it in `COMPARED`
-    time constants gains a charge, which is compared with that at twice the step and with that behind the netlist's own
-    elements in place of ideal ones.  One that goes along its first `DIRECT` time constants is compared with a store of
-    ``farads`` that takes its own way (two levels; None: not done).  Each difference counts as a whole, with its
-    sampling at 95 %: those of step and elements together, and that of a store that is not held.  Voltages at which the
-    ``table`` has next to no current are left out, unless all are such ones.  Runs are ``times_as_many`` as usual.
+    The ``path`` is voltages (V) with their ascending times (s).  A held store that follows all of
+    it in `COMPARED` time constants gains a charge, which is compared with that at twice the step
+    and with that behind the netlist's own elements in place of ideal ones.  One that follows its
+    first `DIRECT` time constants is compared with a store of ``farads`` that moves freely (two
+    levels; None: not done).  Each difference counts as a whole, with its sampling at 95 %: those of
+    step and elements together, and that of a store that is not held.  Voltages at which the
+    ``table`` has next to no current are left out, unless all are such ones.  Runs are
+    ``times_as_many`` as usual.
     """
     rectifier = Rectifier(problem)
     scales = problem.scales

@@ -3,11 +3,11 @@
 The slow circuit runs from empty until its mean power changes no more.  Its errors are measured: by
 the rectifier's current at twice the step and at half of the voltages, by slow steps of twice the
 length and a larger tolerance, and by a direct run of mass and circuit from rest, on the same
-shaking, of `DIRECT` time constants of the mass.  What that differs by is added to the mean (two
+shaking, of `DIRECT` time constants of the mass.  Its difference is added to the mean (two
 levels), and is the error of the separation of time scales.  If it differs by more than
-`LARGEST_SEPARATION` a longer direct run takes the slow one's place.  What compiled circuits differ
-by from ngspice (`error_of_circuit`) is taken of the rectifier's current, for what the slow circuit
-makes of it, and of the power again.
+`LARGEST_SEPARATION` a longer direct run replaces the slow one.  The difference of compiled circuits
+from ngspice (`error_of_circuit`) is applied to the rectifier's current, with its effect in the
+slow circuit, and to the power again.
 """
 
 import math
@@ -43,9 +43,9 @@ ROUGHER = 4.0  # times the tolerance, beside slow steps of twice the length
 class SlowPower:
     """Mean ``power`` (W) and the piezo's mean ``square`` voltage (V^2), with their errors.
 
-    ``changed`` is by what part the mean power changes from one part of the run to the next, ``separation`` what part
-    the direct run differs by over ``direct`` seconds, which is added to the mean already, or in whose place it is where
-    ``scales_apart`` is False.  ``load`` is that of `of_load`.
+    ``changed`` is the relative change of the mean power from one part of the run to the next,
+    ``separation`` that of the direct run over ``direct`` seconds, which is added to the mean
+    already, or which it replaces if ``scales_apart`` is False.  ``load`` is that of `of_load`.
     """
 
     power: Value
@@ -62,7 +62,7 @@ class SlowPower:
 
 
 def slow_power(problem: Problem, cut: Cut) -> SlowPower:
-    """The stationary mean power of the load behind a cut, under a harmonic drive.
+    """The load's stationary mean power behind a cut, under a harmonic drive.
 
     Raises as `harvester.circuits.compiled_circuit.CompiledCircuit`, UnboundedResponseError if
     the motion grows.
@@ -139,7 +139,7 @@ def settled_path(
 
 
 def of_load(path: SlowPath) -> dict[str, float]:
-    """The share of the time that the load is on, when it is first (s), and between which voltages the store goes.
+    """The share of the time that the load is on, when it is first (s), and the voltages between which the store varies.
 
     On is above half of the load's largest voltage.  Share and voltages are those of the run but for its first quarter.
     """
@@ -197,7 +197,7 @@ def mean_rate(run: "SlowPath | _Direct", name: str, span: Span) -> float:
 
 
 class _Direct(NamedTuple):
-    """Mass and circuit together from rest: as of `SlowPath`, with the ``seconds`` that they took."""
+    """Mass and circuit together from rest: as of `SlowPath`, with the ``seconds`` of computation."""
 
     t: Floats
     store: Floats
@@ -228,7 +228,7 @@ def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
 
 
 def _of_direct(direct: _Direct, coarse: _Direct, name: str, judge: float) -> Value:
-    """The mean rate of an integral by a direct run, and by another of twice the step; ``judge``: beside ngspice."""
+    """The mean rate of an integral by a direct run, and by another of twice the step; ``judge``: with ngspice."""
     whole = settled_part(direct.seconds)
     mean, twice = (mean_rate(run, name, whole) for run in (direct, coarse))
     first, last = (mean_rate(direct, name, half) for half in halves(direct.seconds))
@@ -236,7 +236,7 @@ def _of_direct(direct: _Direct, coarse: _Direct, name: str, judge: float) -> Val
 
 
 def _off(direct: _Direct, slow: SlowPath, mean: float, name: str) -> float:
-    """What a direct run differs by from the slow one in the mean rate of an integral.
+    """The difference of a direct run from the slow one in the mean rate of an integral.
 
     If nothing has reached the load by then, the difference is that of the energies in the store,
     as a part of the ``mean``.

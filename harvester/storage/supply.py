@@ -1,17 +1,19 @@
-"""What a rectifier's current supplies at a voltage, straight from its store or through a chip, and how soon.
+"""The supply by a rectifier's current at a voltage, straight from its store or through a chip, and how soon.
 
 From the store              P = V I(V)
 chip, store at its input    P = eta max V (I(V) - I_own)    from the voltage at which its output
                                                             ends to that at which it begins: the
                                                             heaviest load that it always
-                                                            carries, where the store settles
+                                                            carries, the voltage at which the store
+                                                            settles
 
-A heavier load is on in cycles and takes less.  The heaviest has eta (V_rise^2 - V_fall^2)/2 / int
+A heavier load is on in cycles and draws less.  The heaviest has eta (V_rise^2 - V_fall^2)/2 / int
 dV/(I(V) - I_low), the energy of a cycle over the time in which the store charges.
 
 chip that tracks    P = eta eta_charging(V, I) V ((1 - idle) I(V) + C (V_look - V)/period) - V_store I_own
                                                             at V = ratio V_look, where C is at the
-                                                            input and V_look is what a look finds
+                                                            input and V_look is the voltage that a
+                                                            look finds
 
 The chip's numbers are those of `harvester.storage.bought_parts.Chip`.
 """
@@ -62,7 +64,7 @@ class Supply:
         return max(float(self.powers(table, needed).mean()), 0.0)
 
     def powers(self, table: AnyCurrent, needed: float) -> Floats:
-        """The same in each window of a record, shape (windows,); of shaking that always is alike in one."""
+        """The same in each window of a record, shape (windows,); for steady excitation in one."""
         if self.chip is None:
             return np.asarray(
                 self.voltage * np.atleast_2d(table.at(np.array([self.voltage])))[:, 0]
@@ -80,7 +82,7 @@ class Supply:
         )
 
     def wake(self, table: RectifiedCurrent, farads: float) -> float:
-        """How long (s) an empty store of so many farads takes until the voltage is there; infinite if it never is."""
+        """How long (s) an empty store of so many farads needs until the voltage is there; infinite if it never is."""
         if self.chip is None:
             return _time(table, self.voltage, farads)
         if self.chip.ratio is None:
@@ -122,7 +124,7 @@ def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
 
 
 def _given(table: HarvestingChip) -> dict[str, Any]:
-    """What a table says itself of its chip."""
+    """The entries of a table itself for its chip."""
     given: dict[str, Any] = {
         "own": table.own_current,
         "ratio": table.input_ratio,
@@ -148,7 +150,7 @@ def _levels(table: HarvestingChip, chip: Chip, supply: float | None) -> tuple[fl
     if levels is None:
         has = (
             ", ".join(f"{volts:g} V" for volts in chip.outputs if volts)
-            or "up to what its store can have"
+            or "up to its store's limit"
         )
         was = "is left out" if supply is None else f"is {supply:g} V"
         raise InputError(
@@ -184,7 +186,7 @@ def charging_efficiency(chip: Chip, volts: Floats, amperes: Floats) -> Floats:
 def tracked_power(chip: Chip, table: AnyCurrent) -> Floats:
     """The power (W) into the store in the windows of a record, or in one of shaking that always is alike.
 
-    What the input is held at is what the last look found.
+    The input is held at the voltage that the last look found.
     """
     assert chip.ratio is not None, "asked of a chip that tracks"
     voltages = table.voltages
@@ -214,7 +216,7 @@ def tracked_power(chip: Chip, table: AnyCurrent) -> Floats:
 
 
 def input_without_load(chip: Chip, voltages: Floats, current: Floats) -> Floats:
-    """The voltages that looks find: those without load, or what the input's capacitor comes to in the time of a look.
+    """The voltages that looks find: those without load, or those of the input's capacitor after a look.
 
     From ratio times V it comes to V there, with the time C int dV/I(V).  Without a time of its own a look finds all.
     """

@@ -1,9 +1,9 @@
-"""A chip that holds its input, under noise: its law without mean currents, beside what they give, on the same noise.
+"""A chip that holds its input, under noise: its law without mean currents, compared with them on the same noise.
 
 Each run looks when the chip does: its input, a capacitor of `INPUT`, is left alone for the time of
-a look, from the voltage at which it was held, and is then held at the chip's ratio of what it came
-to.  The charge that the held input gains goes to the store, and what the look brought above that
-voltage.  The same runs with an input that is always held where the mean current says are what is
+a look, from the voltage at which it was held, and is then held at the chip's ratio of the voltage
+that it came to.  The charge that the held input gains goes to the store, and the charge that the
+look brought above that voltage.  The same runs with an input always held by the mean current are
 corrected (two levels).
 
 For a long period the first `FADED` time constants of the mass are run, after which the look is
@@ -32,11 +32,11 @@ STARTED = 10  # vibrations over which a cold start's power is a mean
 
 
 class TrackedInput(NamedTuple):
-    """By what part the law of a chip puts more into the store than mean currents say, and the error of that (95 %).
+    """By what part the law of a chip puts more into the store than mean currents, and the error of that (95 %).
 
-    ``error`` is of sampling; ``elements`` is what a step of twice the length and the netlist's own
-    elements change. ``cold`` is the share of what comes to a cold input that comes at a power at
-    which the cold start continues.
+    ``error`` is of sampling; ``elements`` is the change by a step of twice the length and the
+    netlist's own elements. ``cold`` is the share of the charge to a cold input that comes at a
+    power at which the cold start continues.
     """
 
     gain: float
@@ -46,7 +46,7 @@ class TrackedInput(NamedTuple):
     steps: int
 
     def correct(self, chip: Chip) -> Chip:
-        """The chip that by mean currents does what its law does."""
+        """The chip that by mean currents acts as by its law."""
         other = chip.charging_by(1.0 + self.gain)
         return replace(other, cold_power=0.0, cold_efficiency=self.cold * chip.cold_efficiency)
 
@@ -96,7 +96,7 @@ class _Law:
         self.part = min(FADED * self.unit, self.rest)  # of it, that is run
 
     def _runs(self, count: int, compiled: bool, twice: bool) -> tuple[HeldRuns, HeldRuns]:
-        """The same runs with an input that is held, and with one that is left alone; a look takes whole steps."""
+        """The same runs with an input that is held, and with one that is left alone; a look has whole steps."""
         step = step_from_rest(self.problem.equations)
         look = self.chip.look * self.w0
         h = look / (2 * math.ceil(look / (2.0 * step))) if look else step
@@ -145,7 +145,7 @@ class _Law:
         return np.asarray(total.reshape(-1, held.together).mean(axis=1))
 
     def cold_share(self) -> tuple[float, float]:
-        """Of the charge that an input held at a cold start's voltage gains: what comes at enough power, and its error.
+        """The share of the charge of an input at a cold start's voltage that comes at enough power, and its error.
 
         The power is a mean over `STARTED` vibrations.
         """

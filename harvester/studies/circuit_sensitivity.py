@@ -106,7 +106,7 @@ def elasticities(
 
 
 def _largest_change(problem: Problem, key: str, value: float) -> float:
-    """By what part of its value a key can be larger, at most `CHANGE`; 0 if it cannot."""
+    """The part of its value by which a key can be larger, at most `CHANGE`; 0 if it cannot."""
     change = CHANGE
     while change > LEAST:
         try:

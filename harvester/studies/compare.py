@@ -81,11 +81,11 @@ class Comparison(TableResult):
 
     Attributes
     ----------
-    estimates
+    estimates : tuple of Estimate
         an `Estimate` of each engine that supported.
-    refused
+    refused : dict
         the other engines by name, with the reason.
-    paths
+    paths : tuple of PathComparison
         paths of the voltage by three ways, if these have a meaning.
 
     Examples
@@ -198,18 +198,18 @@ def compare(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    engines
+    engines : list of Engine or str, optional
         engines or their names, in place of all.
-    execution
+    execution : Execution, optional
         has the folder for compare.csv, compare.png and provenance.json; ``out``, ``formats`` and
         ``progress`` alone.
     options
-        of the engines, as of `run`: ``within``, ``seed``, ``trajectories``, ...; each engine takes
-        those that it has. A ``budget`` is for all together: each engine gets its share of what
-        those before it left, those that refused in the end as well, without compilation of those
-        that answered.
+        of the engines, as of `run`: ``within``, ``seed``, ``trajectories``, ...; each engine
+        receives those that it has. A ``budget`` is for all together: each engine gets its share of
+        the time that those before it left, those that refused in the end as well, without
+        compilation of those that answered.
 
     Returns
     -------
@@ -219,8 +219,8 @@ def compare(
     Raises
     ------
     InputError
-        for an engine or option that there is not, a folder that cannot be written, and what
-        `Execution` has for other studies.
+        for an engine or option that there is not, a folder that cannot be written, and the options
+        that `Execution` has for other studies.
     HarvesterError
         when no engine can handle the scene, the error of the last.
 

@@ -1,7 +1,7 @@
-"""What the modes of the density do not resolve, counted on a long path: its joint density with the voltage, passages.
+"""Quantities beyond the modes of the density, counted on a long path: its joint density with the voltage, passages.
 
 The joint density of displacement and voltage has edges, where impacts end, and the first passage of
-a voltage would need elements of the voltage.  A path needs neither, and its groups tell the
+a voltage would need elements of the voltage.  A path needs neither, and its groups give the
 standard error.
 """
 
@@ -51,8 +51,8 @@ def counted_passage(time: Floats, values: Floats, level: float, forgetting_time:
     """The mean time until |values| at the times of a path first pass a level, in the unit of these.
 
     Windows in which no value passes it get rarer as exp(-lambda t) with their length t, from ``forgetting_time`` on,
-    in which the motion forgets where it began: P(t)/P(2 t) = exp(lambda t), counted in neighbours.  What happens
-    between two values follows from every other one of them.
+    in which the motion forgets its start: P(t)/P(2 t) = exp(lambda t), counted in neighbours.  The
+    motion between two values follows from every other one of them.
 
     Raises SimulationError if too few windows pass it, or do not.
     """

@@ -46,34 +46,34 @@ class Motion(TableResult):
 
     Attributes
     ----------
-    time
+    time : ndarray
         s (nondimensional scene: 1/w0).
-    displacement, velocity
+    displacement, velocity : ndarray
         of the mass relative to the base, shape (n,) (m, m/s).
-    voltage
+    voltage : ndarray
         of the piezo, shape (n,) (V).
-    acceleration
+    acceleration : ndarray or None
         of the base, shape (n,) (m/s^2); None under white noise alone, which has no value at a time.
-    impacts
+    impacts : ndarray
         a row (time, speed) for each impact, shape (m, 2); the speed is negative at the opposite
         stop.
-    stops
-        where the stops of the displacement are (m): none of a ball, nor of a sum of modes, which
+    stops : tuple of float
+        places of the displacement's stops (m): none of a ball, nor of a sum of modes, which
         meets its own.
-    shown
+    shown : float
         the length of the last part, which a plot shows.
-    step
+    step : float
         the step of the computation.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    engine
+    engine : str
         the name of the engine that computed it.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
-    probes, probe_units
+    probes, probe_units : dict
         further quantities of the circuit by name, shape (n,), and their units.
-    hides_noise
-        whether white noise goes together with the acceleration, which leaves it out.
+    hides_noise : bool
+        whether white noise acts together with the acceleration, which leaves it out.
 
     Examples
     --------
@@ -140,7 +140,7 @@ class Motion(TableResult):
 
     @property
     def ranges(self) -> Table:
-        """Between which ends each of its quantities goes."""
+        """The ends between which each of its quantities varies."""
         ends = [
             Column(c.name, [min(c.cells), max(c.cells)], c.unit) for c in self.table.columns[1:]
         ]
@@ -164,23 +164,23 @@ def motion(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    engine
+    engine : str, default "ensemble"
         "ensemble"; or "spice" or "compiled", which have the circuit.
-    duration
+    duration : float or str, optional
         of the part that is shown, in seconds or as a text such as "2 s" (nondimensional scene: a
-        number in 1/w0); four times as long goes before it, in which the response settles.
-    seed
+        number in 1/w0); four times as long precedes it, in which the response settles.
+    seed : int, default 0
         the same seed, the same noise.
-    from_rest
+    from_rest : bool, default False
         show the beginning, and compute nothing before it.
-    probe
+    probe : list of str, optional
         further quantities of the circuit, such as "store" or "v(a,b)", for the engines with a
         circuit.
-    expected
-        is called with the seconds that a long path by ngspice will take, measured on a short one.
-    execution
+    expected : callable, optional
+        is called with the seconds for a long path by ngspice, measured on a short one.
+    execution : Execution, optional
         has the folder for motion.csv, motion.npz, motion.png and provenance.json; ``out`` and
         ``formats`` alone.
 
@@ -193,9 +193,9 @@ def motion(
     ------
     InputError
         for an engine without paths, an invalid duration or too long, a folder that cannot be
-        written, and what `Execution` has for other studies.
+        written, and the options that `Execution` has for other studies.
     CannotServeError
-        for a netlist with engine "ensemble", and what the engine does not know.
+        for a netlist with engine "ensemble", and an effect that the engine lacks.
 
     Examples
     --------
@@ -307,7 +307,7 @@ def _computed(
         from harvester.circuits.compiled_circuit import compiled_circuit
         from harvester.circuits.probed_path import probed
 
-        assert problem.circuit is not None, "the engine serves netlists"
+        assert problem.circuit is not None, "the engine supports netlists"
         circuit = compiled_circuit(problem.circuit, problem.scales)
         start = at_rest(problem.equations)[:-1]
         path = circuit.trace(
@@ -319,7 +319,7 @@ def _computed(
 
 
 def _stops(eqs: Equations) -> tuple[float, ...]:
-    """Where the stops are that the displacement alone meets."""
+    """The places of the stops that the displacement alone meets."""
     if eqs.modes is not None and eqs.modes.contact != tuple(eqs.modes.direction):
         return ()
     return tuple(stop for stop in eqs.stops if math.isfinite(stop))
@@ -337,7 +337,7 @@ def _probes(texts: Sequence[str], problem: Problem, engine: str) -> tuple[Probe,
         return ()
     if not ENGINES[engine].takes_netlists or problem.circuit is None:
         raise InputError(
-            f"`probe` must go with engine 'spice', which has the circuit, but the engine is {engine!r}"
+            f"`probe` must be used with engine 'spice', which has the circuit, but the engine is {engine!r}"
         )
     return read_probes(texts, problem.circuit)
 

@@ -1,4 +1,4 @@
-"""The path of `harvester.studies.motion` by ngspice in lock-step, and how long a long one will take."""
+"""The path of `harvester.studies.motion` by ngspice in lock-step, and the time for a long one."""
 
 import time
 from collections.abc import Callable
@@ -31,7 +31,8 @@ def path_in_ngspice(
 
     ``noise``, shape (steps,), are its kicks, a step ``h`` (1/w0) apart; ``shaking``, shape (steps + 1,), are the base's
     accelerations there; a reading is every ``stride`` steps.  ``expected`` is called with the seconds that a long path
-    will take, from two short ones.  ``shunt`` is a capacitance from each node to ground, of the piezo's.
+    will need, from two short ones.  ``shunt`` is a capacitance from each node to ground, of the
+    piezo's.
 
     Raises MissingProgramError without ngspice, and CircuitError if the circuit does not converge.
     """

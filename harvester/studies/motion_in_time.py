@@ -44,14 +44,14 @@ def read_level(level: float | str, problem: Problem) -> float:
 
 
 def read_voltage(level: float | str, problem: Problem) -> float | None:
-    """The level of a voltage, in V; None for what is not a text with its unit, of a physical scene."""
+    """The level of a voltage, in V; None for anything but a text with its unit, of a physical scene."""
     if not isinstance(level, str) or not problem.physical or GAP.reads(level):
         return None
     return VOLTAGE_FROM_0.read(level) if VOLTAGE_FROM_0.reads(level) else None
 
 
 def forgetting(problem: Problem, answer: Answer) -> float:
-    """The rate at which the motion forgets its energy: the power of the noise over the energy of the motion."""
+    """The rate at which the motion forgets its energy: noise power over energy."""
     squares = (
         answer.means[NAMES.index("displacement_squared")],
         answer.means[NAMES.index("velocity_squared")],

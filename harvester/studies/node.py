@@ -1,4 +1,4 @@
-"""How a sensor node lives of a device: the share of the time that it runs, packets per hour, and what limits it.
+"""The operation of a sensor node on a device: the share of the time that it runs, packets per hour, and its limit.
 
 The rectifier's current at a held voltage is measured once, of a record in each of its windows
 (`harvester.storage`); then days of store, chip and node are one equation of the store's voltage
@@ -83,53 +83,53 @@ Parts = tuple[Storage, SensorNode, Chip | None]  # what stands behind the rectif
 
 
 class NodeResult(TableResult):
-    """What a node does in ``days`` from the beginning on.
+    """The activity of a node in ``days`` from the beginning on.
 
     Attributes
     ----------
-    days
+    days : float
         how long the node is followed.
-    packets_per_hour
+    packets_per_hour : Value
         a `Value`: the packets per hour that arrive, of all the time.
-    packets_lost
+    packets_lost : float or None
         how many an hour do not, in spite of all retries; None if none is lost.
-    interval_median, interval_95, interval_longest
+    interval_median, interval_95, interval_longest : Value or None
         `Value` each: the time (s) from one packet to the next, which half of all, 95 % and all of
         them do not exceed; None with fewer than two packets.
-    share_running
+    share_running : Value
         a `Value`: the share of the time from its first packet's beginning.
-    first_packet
+    first_packet : Value or None
         a `Value`: when the first was sent (s); None if none is.
-    brown_outs
+    brown_outs : float
         how often the node stopped, an hour.
-    harvested
-        a `Value`: the mean power (W) that comes into the store beyond what the clamp takes.
-    needed
-        the power (W) that the node takes from the store while it runs.
-    limit
-        what limits it: "interval", "energy", "store", "wake_voltage", "cold_start", "battery" or
+    harvested : Value
+        a `Value`: the mean power (W) that comes into the store beyond the clamp's part.
+    needed : float
+        the power (W) that the node draws from the store while it runs.
+    limit : str
+        the limit: "interval", "energy", "store", "wake_voltage", "cold_start", "battery" or
         "time".
-    helps
+    helps : dict
         how many more packets, as a part of those that it sends, a tenth more or less of each key
         and of the rectifier's current would give, whichever gives more; empty if it sends none.
-    fewest, most
+    fewest, most : int or None
         the packets of the whole hours with the fewest and the most of them, from the first packet
         on, on a record; None for shaking that always is alike.
-    bound
-        the most that any device of this mass could take (W), and why; None if no bound applies.
-    days_packets
+    bound : PowerBound or None
+        the most that any device of this mass could absorb (W), and why; None if no bound applies.
+    days_packets : ndarray
         the packets of each whole day, shape (days,).
-    thresholds
+    thresholds : tuple
         the voltages (V) at which the node begins and stops.
-    t, voltage
+    t, voltage : ndarray
         the course in time (s), shape (n,), and the store's voltage (V) then, shape (n,).
-    seconds
-        what the computation took.
-    steps
+    seconds : float
+        the cost of the computation.
+    steps : int
         of mass and circuit.
-    physical
+    physical : bool
         whether its numbers are in SI units: they are.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -188,7 +188,7 @@ class NodeResult(TableResult):
 
     @property
     def share_of_possible(self) -> float | None:
-        """What the rectifier gives over the most that any device of this mass could take; None without a bound."""
+        """The rectifier's power over the upper bound for any device of this mass; None without a bound."""
         return None if self.bound is None else self.harvested.value / self.bound.value
 
     @property
@@ -228,11 +228,11 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         Scene with the tables [storage] and [node], and optionally [chip], or the path of its file.
-    days
+    days : float, default 1.0
         Simulated time in days.
-    seed
+    seed : int, default 0
         Random seed.
 
     Returns
@@ -284,7 +284,7 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
 
 @dataclass(frozen=True)
 class _Outcome:
-    """A result with what it was found from, and why its error is as large as it is under noise ("": it is small)."""
+    """A result with its inputs, and why its error is as large as it is under noise ("": it is small)."""
 
     result: NodeResult
     known: Known
@@ -295,7 +295,7 @@ class _Outcome:
 def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome:
     """The result; under noise by more runs while these make an error smaller that is not small enough, in `BUDGET`.
 
-    The first go, which compiles, is not counted.
+    The first run, which compiles, is not counted.
     """
     storage, consumer, chip = parts
     wake = max(consumer.wake_voltage, chip.rise if chip else 0.0)
@@ -333,7 +333,7 @@ def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome
 
 
 def _remarks(problem: Problem, outcome: _Outcome, chip: Chip | None) -> list[Diagnostic]:
-    """What is to be said of how the numbers were found."""
+    """The notes on how the numbers were found."""
     diagnostics = list[Diagnostic]()
     table = problem.scene.chip
     known = outcome.known
@@ -390,7 +390,7 @@ def _fluctuations(
 
 @dataclass(frozen=True)
 class _Reading:
-    """How numbers are read of courses: of the ``base``, with what each of the ``lives`` changes.
+    """The reading of numbers from courses: from the ``base``, with the change by each of the ``lives``.
 
     The first of these is that of another step, the last that of sampling.  ``both`` are a direct
     course and that of the mean current that is as long.
@@ -415,7 +415,7 @@ class _Reading:
         late: float = 0.0,
         error: float = 0.0,
     ) -> Value:
-        """A number with what each variant changes, and the standard error of its courses."""
+        """A number with the change by each variant, and the standard error of its courses."""
         number = read(self.base)
         changes = (*(abs(read(life) - number) for life in self.lives), error)
         step, *model, sampling, error = (
@@ -431,7 +431,7 @@ class _Reading:
     def value(
         self, read: Callable[[NodeCourse], float], late: float = 0.0, most: float = math.inf
     ) -> Value:
-        """The same of what is read of a course, which is no more than the ``most``."""
+        """The same for a value read from a course, which is no more than the ``most``."""
         off = 0.0 if self.both is None else float(read(self.both[0]) - read(self.both[1]))
         return self.known_value(
             lambda life: min(life.number(read), most), off, late, self.base.error(read)
@@ -463,7 +463,7 @@ def _live(
 ) -> NodeResult:
     """The result, with the errors that the current's own bring, and the chip's efficiency.
 
-    What a ``direct`` run differs by from the slow one of its time is added, and is an error as
+    The difference of a ``direct`` run from the slow one of its time is added, and is an error as
     well: all that the slow one leaves out.  Under ``noise`` all are of currents that fluctuate
     alike.
     """
@@ -544,7 +544,7 @@ def _rate(course: NodeCourse) -> float:
 
 
 def _course(current: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations | None) -> Lived:
-    """What a node does with a current; also if that fluctuates."""
+    """The activity of a node with a current; also if that fluctuates."""
     run = NodeRun(current, *parts)
     if noise is None:
         return Lived(run.course(seconds))
@@ -556,7 +556,7 @@ def _variants(
 ) -> list[Lived]:
     """The courses whose differences from the ``base`` are its errors: that of the step first, that of sampling last.
 
-    ``less`` is by what part the current may be lower; ``live`` gives what a node does.
+    ``less`` is the part by which the current may be lower; ``live`` gives a node's activity.
     """
     table = known.table
     (storage, node, chip) = parts
@@ -597,7 +597,7 @@ def _helps(
 ) -> dict[str, float]:
     """The relative gain in packets of a change of each key that can be changed; empty if absent to gain.
 
-    All are of the same shaking, so that what sampling does to them is alike.
+    All are of the same shaking, so that the effect of sampling on them is alike.
     """
     gain_of = dict[str, float]()
     few = None if noise is None else noise.few()
@@ -635,7 +635,7 @@ def _helps(
 
 
 def _limit(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagnostic]:
-    """What limits the node: a name, and the note that states it."""
+    """The limit of the node: a name, and the note that states it."""
     charging = run.charging.mean(axis=0)
     k = (
         int(np.argmax(charging <= run.waiting))
@@ -665,7 +665,7 @@ def _limit(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagn
 
 
 def _spares(node: SensorNode, course: NodeCourse) -> bool:
-    """Whether its flag of low energy takes packets."""
+    """Whether its flag of low energy costs packets."""
     return node.low_interval is not None and course.packets * node.interval < SPARED * course.ran
 
 

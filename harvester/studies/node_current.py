@@ -41,7 +41,7 @@ class Known:
     """The rectifier's current, its variants whose changes are its errors, and its relative errors.
 
     They are that of taking the time scales apart and that of the ``elements``; ``late`` is by how much the first packet
-    may be later or sooner (s).  ``chip`` is one that holds its input, by what its law
+    may be later or sooner (s).  ``chip`` is one that holds its input, by the charge that its law
     gives on the same noise; None for any other.  The ``judge`` is `error_of_circuit`, of which the elements are a part.
     """
 
@@ -90,7 +90,7 @@ def _of_alike_shaking(
     wake: float,
     effort: Effort,
 ) -> Known:
-    """The same of shaking that always is alike: of a store of ``farads``, 0 for a battery, or a ``tracking`` chip's.
+    """The same for steady excitation: of a store of ``farads``, 0 for a battery, or a ``tracking`` chip's.
 
     A battery holds its voltage as the measurement does; under noise a chip's law is run next to the
     mean currents.

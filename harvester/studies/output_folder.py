@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def provenance(scene: Scene | Problem, **extra: Any) -> dict[str, Any]:
-    """Where a study's numbers come from: versions, machine, command and scene, and ``extra`` arguments of the study."""
+    """The origin of a study's numbers: versions, machine, command and scene, and ``extra`` arguments of the study."""
     problem = Problem.of(scene)
     circuit = None if problem.netlist is None else problem.circuit
     return origin() | {
@@ -50,7 +50,7 @@ class OutputFolder:
     """A folder that a study writes its files into, each whole or not at all; ``vector`` are forms of its figures.
 
     Raises InputError for a form that is neither svg nor pdf, a folder that cannot be made or
-    written, and a file that the disk does not take.
+    written, and a file that the disk does not accept.
     """
 
     def __init__(self, out: str | Path, vector: Sequence[str] = ()) -> None:

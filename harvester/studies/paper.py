@@ -1,6 +1,6 @@
 """The paper's figures 1 to 9: published theory, our averaging, Monte Carlo of the coupled equations, and the density.
 
-If the text does not print a value, or has lost its sign, the one assumed stands in `ASSUMED` and
+If the text does not print a value, or has lost its sign, the one assumed is in `ASSUMED` and
 in the title.
 
 Long because it names the curves of nine figures.
@@ -97,7 +97,7 @@ class FigurePoint(region.Measured):
 
 
 class PaperFigure(TableResult):
-    """A figure that was computed: its number, its title with what was assumed, its points and the seconds they took."""
+    """A figure that was computed: its number, its title with the assumptions, its points and their seconds."""
 
     INTERNAL = frozenset({"points"})
     DERIVED = ("table",)
@@ -123,8 +123,8 @@ class PaperFigure(TableResult):
 def draw(numbers: Sequence[str], execution: Execution = DEFAULT) -> list[PaperFigure]:
     """Compute figures by their numbers; into a folder write figN.csv and figN.png for each.
 
-    Raises InputError if the folder cannot be written, and for what `Execution` has for other
-    studies.
+    Raises InputError if the folder cannot be written, and for the options that `Execution` has for
+    other studies.
     """
     execution.only("paper", "out", "formats", "progress")
     folder = OutputFolder.of(execution)

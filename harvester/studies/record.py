@@ -38,8 +38,8 @@ class Band:
 class RecordAnswer:
     """A clean record and its spectra: density in (m/s^2)^2/Hz at ``f``, shape (m,), and by time, shape (m', k).
 
-    ``possible`` is the most power (W) that any device of a mass takes within a stroke; None if none
-    was asked for.
+    ``possible`` is the most power (W) that any device of a mass absorbs within a stroke; None if
+    none was asked for.
     """
 
     record: CleanRecord
@@ -96,7 +96,7 @@ class RecordAnswer:
         ]
         if self.possible is not None:
             lines.append(
-                f"no device of that mass and stroke takes more than {amount(self.possible, 'W')}"
+                f"no device of that mass and stroke absorbs more than {amount(self.possible, 'W')}"
             )
         lines += [f"found: {message}" for message in record.notes]
         lines += [f"warning: {message}" for message in record.warnings]
@@ -107,9 +107,9 @@ class RecordAnswer:
 def record_spectra(
     record: CleanRecord, mass: float | None = None, stroke: float | None = None
 ) -> RecordAnswer:
-    """The spectra of a record, and the most power that a mass (kg) takes of it with a ``stroke`` (m) to either side.
+    """The spectra of a record, and the most power that a mass (kg) absorbs with a ``stroke`` (m) to either side.
 
-    Between stops E[a x'] = -E[a' x], so that any device takes m D E|a'| at most
+    Between stops E[a x'] = -E[a' x], so that any device absorbs m D E|a'| at most
     (`harvester.equations.power_bound`).
 
     Raises InputError for one of mass and stroke without the other: a record bounds no power alone.

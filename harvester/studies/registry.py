@@ -1,4 +1,4 @@
-"""Every study, once: its name, its function, its result, and what its command asks for.
+"""Every study, once: its name, its function, its result, and the options of its command.
 
 Commands, reports, documentation and tests walk this list.  A study that has no file of its own in
 harvester/commands/ gets its command from its entry here: scene, options, --json, and --report with
@@ -25,10 +25,10 @@ class Option:
 class Study:
     """A study: ``function`` and ``result`` are FILE:NAME below harvester.studies.
 
-    The function takes the scene first and all else by keyword, and gives the result, a
+    The function has the scene first and all else by keyword, and gives the result, a
     `harvester.presentation.result.Result`.  ``summary`` and ``options`` are those of its command, and ``example`` is
-    what follows the scene in the command's example, and ``shorter`` the option that shortens it; without a summary the
-    command has a file of its own.
+    the rest of the command's example, and ``shorter`` the option that shortens it; without a
+    summary the command has a file of its own.
     """
 
     name: str
@@ -95,7 +95,7 @@ STUDIES = (
                 "A displacement or voltage, such as '2 mm', for its mean first-passage time.",
             ),
             Option("spectrum", int, 0, "Number of frequencies of the voltage spectrum."),
-            Option("within", str, None, "Target relative error of the power.  Default: 0.01 %."),
+            Option("within", str, None, "Target relative power error.  Default: 0.01 %."),
             Option("seed", int, 0, "Random seed of the sampled path plotted for comparison."),
         ),
         example="--level '2 mm' --report densities.html",

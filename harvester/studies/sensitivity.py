@@ -31,19 +31,19 @@ class Sensitivity(TableResult):
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    mean_power
+    mean_power : Value
         a `Value` (W).
-    keys, values, units
+    keys, values, units : tuple of str or tuple of float
         the scene keys, their values in SI units and these units.
-    elasticities
+    elasticities : tuple of Value
         a `Value` without a unit for each key.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -90,19 +90,20 @@ def sensitivity(
     """The elasticity of the mean power in every key of the scene that is a quantity other than 0.
 
     All come from one solution for the density and one of its adjoint equations, whatever the number of keys.  With a
-    netlist two ensembles of its compiled circuit a key, on the same noise, also show what its elements do.
+    netlist two ensembles of its compiled circuit a key, on the same noise, also show the effect of
+    its elements.
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene` that engine `Density` supports, or `Compiled` if it has a netlist; or the path of
         a scene file.
-    within
+    within : float, optional
         the relative power error that is aimed at, such as 0.01; None: 1e-6, of coloured noise 1e-3.
         Not with a netlist.
-    budget
+    budget : float, optional
         seconds of computing.  With a netlist, the keys that are left then are named in a warning.
-    progress
+    progress : callable, optional
         is called with the fraction done.
 
     Returns
@@ -113,7 +114,7 @@ def sensitivity(
     Raises
     ------
     InputError
-        for a scene that neither engine supports, or whose load takes no power.
+        for a scene that neither engine supports, or whose load draws no power.
     SimulationError
         if the response grows without bound, or the density cannot be resolved.
 

@@ -1,4 +1,4 @@
-"""What to do if ngspice does not converge at a step that nobody chose: a smaller one, then a little capacitance."""
+"""The remedies if ngspice does not converge at a step that nobody chose: a smaller one, then a little capacitance."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -18,11 +18,11 @@ Answer = TypeVar("Answer")
 def at_smaller_steps(
     problem: Problem, h: float, compute: Callable[[float, float], Answer]
 ) -> tuple[Answer, float, tuple[Diagnostic, ...]]:
-    """What ``compute`` gives at the step ``h`` (1/w0) without a shunt, else by the first of `TRIES` that converges.
+    """The result of ``compute`` at the step ``h`` (1/w0) without a shunt, else by the first of `TRIES` that converges.
 
-    Also the step that was taken, and what helped if that was not the first.
+    Also the step that was used, and the remedy if that was not the first.
 
-    Raises ConvergenceError if ngspice converges at none of them, and what ``compute`` raises
+    Raises ConvergenceError if ngspice converges at none of them, and the errors of ``compute``
     otherwise.
     """
 

@@ -1,4 +1,4 @@
-"""How displacement, velocity, voltage and impacts are distributed, without sampling, and what follows from it.
+"""The distributions of displacement, velocity, voltage and impacts, without sampling, and their consequences.
 
 Long because the result and its function explain their arrays and arguments to users.
 """
@@ -46,51 +46,51 @@ SPAN = (0.2, 5.0)  # times the resonance: frequencies of a spectrum
 
 
 class Densities(TableResult):
-    """The stationary densities of a scene: arrays of shape (n,), whose integrals are 1, and what follows from them.
+    """The stationary densities of a scene: arrays of shape (n,), whose integrals are 1, and their consequences.
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    displacement_mean, displacement_rms, velocity_rms, voltage_rms
+    displacement_mean, displacement_rms, velocity_rms, voltage_rms : Value
         each a `Value` (m, m/s, V).
-    impact_rate
+    impact_rate : Value or None
         a `Value`, impacts a second; None without a stop and if impacts accumulate.
-    hop_rate
+    hop_rate : Value or None
         a `Value`: hops a second from one well to the other, either way, without those that are
-        taken back before mass and load have forgotten where they came from; None without two wells
+        reversed before mass and load have forgotten their origin; None without two wells
         that are apart.
-    level, first_passage_time
+    level, first_passage_time : float or Value or None
         a displacement (m) or voltage (V), and the mean time (s), a `Value`, until it is first
         passed on either side; that of a voltage is counted on a path.  None if no level was asked
         for.
-    displacement, velocity, voltage
+    displacement, velocity, voltage : ndarray
         places (m, m/s, V).
-    displacement_density, velocity_density, voltage_density
+    displacement_density, velocity_density, voltage_density : ndarray
         the densities there (1/m, s/m, 1/V).
-    phase_plane
+    phase_plane : ndarray
         the density of displacement and velocity, shape (k, k), at every fourth of their places.
-    plane_displacement, plane_voltage, voltage_plane, voltage_plane_stderr
+    plane_displacement, plane_voltage, voltage_plane, voltage_plane_stderr : ndarray or None
         the density of displacement and voltage, shape (n, n), counted on a path in bins with these
-        centres, shape (n,), and its standard error; None without a load, where the voltage is the
+        centres, shape (n,), and its standard error; None without a load, if the voltage is the
         displacement.
-    impact_speed, impact_density
+    impact_speed, impact_density : ndarray or None
         speeds at the stop (m/s), and the impacts a second and a unit of speed; None without a stop.
-    largest_error
+    largest_error : float
         the largest difference of a density over its peak, of the worst curve: by a coarser mesh,
         and of the voltage by half the terms of the series of Gram and Charlier that gives it.
-    frequency, spectrum
+    frequency, spectrum : ndarray or None
         frequencies (Hz; nondimensional scene: angular, in w0), and the one-sided voltage density
         (V^2/Hz); None if none was asked for.
-    spectrum_error
+    spectrum_error : float or None
         its relative change by a finer mesh, at the resonance.
-    path
-        a path of the scene, whose histogram stands next to the densities in the picture.
-    seconds
+    path : Motion
+        a path of the scene, whose histogram is next to the densities in the picture.
+    seconds : float
         the time of computing, without compilation (s).
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -188,19 +188,19 @@ def densities(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene` that engine `Density` supports, or the path of a scene file.
-    level
+    level : float or str, optional
         a displacement such as "2 mm" or a voltage such as "5 V", either side of 0, of which the
         mean time of the first passage is asked for.
-    spectrum
+    spectrum : int, default 0
         at how many frequencies, from a fifth of the resonance to five times it, the voltage's
         density is computed.
-    within
+    within : float or str, optional
         the relative power error that is aimed at, such as 0.001; None: 1e-4.
-    seed
+    seed : int, default 0
         of the path in the picture.
-    progress
+    progress : callable, optional
         is called with the fraction done.
 
     Returns

@@ -8,11 +8,11 @@ parts may be large and of opposite sign, so that a third step distinguishes them
     E_h = E_0 + c h^2 + d h^p,   u = 3 c h^2,   w = (2^p - 1) d h^p
     E_2h - E_h = u + w,   E_4h - E_2h = 4 u + 2^p w
 
-`step_bias` and `extrapolated` take the values at the steps h, 2 h and perhaps 4 h, each with one
+`step_bias` and `extrapolated` use the values at the steps h, 2 h and perhaps 4 h, each with one
 entry a trajectory, shape (n,), entry by entry on the same noise: if the paths of the steps stay
 together, differences have a smaller error than the means; ``controls`` are those of all steps side
 by side and ``together`` is as of `controlled_entries`. If the paths part, the moments of each
-step are better controlled by themselves: few entries bear few columns. `limit` takes single numbers
+step are better controlled by themselves: few entries bear few columns. `limit` has single numbers
 without noise.
 """
 
@@ -80,9 +80,9 @@ def bias_weights(steps: int, order: float) -> Floats:
 def limit(values: Sequence[float]) -> tuple[float, float]:
     """The limit of numbers at steps that are halved, the finest last, and its error.
 
-    If the last three fall as the order says, by about 4, it is E_0, whose error is what the finest
-    step changed in it.  Else it is the last one, whose error is the larger of its change and a
-    quarter of the change before.
+    If the last three fall by the order, by about 4, it is E_0, whose error is its change by the
+    finest step.  Else it is the last one, whose error is the larger of its change and
+    a quarter of the change before.
 
     >>> limit([17.0, 5.0, 2.0]), limit([1.0, 2.0, 1.0])
     ((1.0, 0.0), (1.0, 1.0))

@@ -27,7 +27,7 @@ class Target:
 
     @property
     def room(self) -> float:
-        """The relative error that sampling and bias may have beside the model's."""
+        """The relative error that sampling and bias may have in addition to the model's."""
         return self.within - self.model
 
     def leave(self, model: float) -> None:

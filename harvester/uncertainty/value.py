@@ -27,21 +27,21 @@ class Value:
 
     Parameters
     ----------
-    value
+    value : float
         The number.
-    stderr
+    stderr : float, optional
         Standard sampling error. None: the value was not sampled.
-    bias
+    bias : float, optional
         Estimated time-discretisation error (rounding error for a closed form). 0 for a quantity
         that no such error can change, for example a count.
-    model
+    model : float, optional
         Estimated model error; 0 for a closed form. None: not applicable or unknown; the reason of
         the answer states which.
-    dof
+    dof : float, optional
         Degrees of freedom of ``stderr``. None: treated as infinite.
-    unknown
+    unknown : str
         Error contributions that could not be estimated; ``error95`` is then None.
-    unit
+    unit : str
         Unit of the number and of its errors; "" for a number without one.
 
     ``float(value)`` is the number alone, and ``f"{value:.3g}"`` formats it; ``f"{value}"`` has

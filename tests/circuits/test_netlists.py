@@ -21,7 +21,7 @@ BAD = {
     ),
     "sources in a loop": (
         GOOD + "V1 a m 1\nE1 m b a b 2\nB1 a b V=3",
-        "element b1 must not close a loop of sources",
+        "element b1 must not close a loop of voltage sources",
     ),
     "across the piezo": (
         GOOD + "V1 p m 1\nV2 m n 2",
@@ -129,7 +129,7 @@ def test_doctor_says_which_elements_of_a_netlist_are_served(tmp_path, harvester)
     path.write_text(f"* a board\n.subckt board p n\n{GOOD}T1 p n a b Z0=50 Td=1n\n.ends board\n")
     status, out, _ = harvester("doctor", path)
     assert status == 0
-    assert "served   d1" in out
+    assert "works    d1" in out
     assert "NOT      t1  is an element of a kind that compiled circuits do not have" in out
     assert "engine 'compiled' supports 6 of 7 elements" in out
 

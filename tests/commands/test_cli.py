@@ -63,7 +63,7 @@ def plate_with(folder, load):
 SWEEP = ("sweep", PLATE, *PUBLISHED, "--vary")
 
 
-PERCENT = "--within must be a percentage between 0% and 100%, such as 1%, but is "
+PERCENT = "--within must be a percentage between 0 % and 100 %, such as 1%, but is "
 
 
 @pytest.mark.parametrize(

@@ -114,15 +114,15 @@ def test_warnings_name_options(harvester):
         ),
         (
             ("optimise", "--vary", "load.resistance=1k:1M", "--vector", "svg"),
-            "--vector must go with --out, the",
+            "--vector must be used with --out, the",
         ),
         (
             ("stability", "--vector", "svg"),
-            "--vector must go with --out, the folder of the figure, but --out is",
+            "--vector must be used with --out, the folder of the figure, but --out is",
         ),
         (
             ("compare", "--json", "--vector", "pdf"),
-            "--vector must go with --out, the folder of the figure",
+            "--vector must be used with --out, the folder of the figure",
         ),
     ],
 )

@@ -287,7 +287,7 @@ ENSEMBLE = ("run", "--engine", "ensemble")
         (
             {"beta": 0.05, "mu": 2e-3, "c1": -0.01, "D11": 0.01},
             ("run", "--engine", "spice", "--alone", "--budget", "2s", "--trajectories", "32"),
-            "ngspice runs would take",
+            "ngspice runs would need",
         ),
     ],
     ids=["stiff", "stiff exponent", "slow drive", "slow spice"],

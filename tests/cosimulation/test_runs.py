@@ -246,7 +246,7 @@ def test_a_deadline_ends_a_run():
     slow = circuit(*(f"B{k} a{k} 0 V=sin({k}*time)*v(p)\nR{k} a{k} 0 1k" for k in range(100)))
     begin = time.monotonic()
     seeds = [np.random.SeedSequence(k) for k in range(3)]
-    says = r"stopped at \S+ s of \S+ s: the `budget` left it [1-4]\S* s; to its end it would take about .{1,15}: give"
+    says = r"stopped at \S+ s of \S+ s: the `budget` left it [1-4]\S* s; to its end it would need about .{1,15}: give"
     with pytest.raises(OutOfTimeError, match=says) as caught:
         list(worker.measure_in_workers(device(slow), seeds, 1_000_000, 0.0, deadline=begin + 4.0))
     assert time.monotonic() - begin < 6.0

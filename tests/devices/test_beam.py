@@ -178,5 +178,6 @@ def test_a_beam_that_is_not_whole(harvester, tmp_path):
     )
     assert "--length, --width, --substrate-thickness" in harvester("new", path, "--unimorph")[2]
     assert (
-        "--parallel must go with --bimorph" in harvester("new", path, "--unimorph", "--parallel")[2]
+        "--parallel must be used with --bimorph"
+        in harvester("new", path, "--unimorph", "--parallel")[2]
     )

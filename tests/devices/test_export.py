@@ -242,7 +242,7 @@ def test_command(tmp_path, harvester):
         ((EXAMPLES / "plate.toml", "--out", tmp_path / "no" / "x.lib"), "--out must take x.lib"),
         (
             (EXAMPLES / "plate.toml", "--out", out, "--duration", "5s"),
-            "--duration must go with noise",
+            "--duration must be used with noise",
         ),
         (
             (EXAMPLES / "plate_coloured.toml", "--out", out, "--duration", "5 V"),

@@ -189,8 +189,8 @@ def test_a_slow_switching_is_told(henries, told):
         '[stop]\nrestitution = 0.8\ngap = "0.2 mm"',
     )
     answer = hv.Ideal(trajectories=64, budget="5s").run(hv.loads(load))
-    words = [str(one) for one in answer.warnings if "each inversion takes" in str(one)]
+    words = [str(one) for one in answer.warnings if "each inversion lasts" in str(one)]
     assert len(words) == told
     assert not told or words[0].startswith(
-        "each inversion takes 451.2 us, 0.045 of a half-period, but engine 'ideal'"
+        "each inversion lasts 451.2 us, 0.045 of a half-period, but engine 'ideal'"
     )

@@ -89,7 +89,7 @@ def test_under_noise_the_probe_of_the_load_is_the_answer(tmp_path):
 
 
 @pytest.mark.parametrize(("options", "says"), [
-    ({"probe": ("i(d1)",)}, "`probe` must go with engine 'spice' for the current or power of d1"),
+    ({"probe": ("i(d1)",)}, "`probe` must be used with engine 'spice' for the current or power of d1"),
     ({"probe": ("v(nowhere)",)}, "nowhere"),
 ])  # fmt: skip
 def test_what_is_not_told_is_refused_before_anything_is_computed(tmp_path, options, says):

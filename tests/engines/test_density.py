@@ -120,9 +120,9 @@ def test_a_circuit_and_a_heavy_tail_are_refused():
 
 
 def test_within_has_a_least_value():
-    with pytest.raises(InputError, match="`within` must be between 1e-07% and 100%"):
+    with pytest.raises(InputError, match="`within` must be between 1e-07 % and 100 %"):
         hv.Density(within=1e-12)
     with pytest.raises(
-        InputError, match=r"`within` must be between 0.001% and 100%, but is '1e-5%'"
+        InputError, match=r"`within` must be between 0.001 % and 100 %, but is '1e-5%'"
     ):
         hv.Ensemble(within="1e-5%")

@@ -106,7 +106,7 @@ def test_a_budget_that_is_too_small():
     answer = hv.Ensemble(within=1e-5, budget=0.5).run(scene(PAPER))
     assert answer.seconds < 2.0
     assert "was not reached in 0.5 s" in str(answer.warnings[-1])
-    assert "it would take at least" in str(answer.warnings[-1])
+    assert "it would need at least" in str(answer.warnings[-1])
     spice = hv.Spice(within=1e-4, budget=1.0, trajectories=8, duration=100.0).run(scene(PAPER))
     assert "was not reached in 1 s" in str(spice.warnings[-1])
     assert spice.seconds < 6.0

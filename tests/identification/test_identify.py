@@ -245,7 +245,7 @@ GOOD = "Frequency (Hz),Voltage (V/g)\n" + "".join(
         (
             GOOD,
             "",
-            "must say over which load the voltage was measured: write it behind the name, as in 'a.csv@100k'",
+            "must name the load over which the voltage was measured: write it behind the name, as in 'a.csv@100k'",
         ),
         (
             GOOD,

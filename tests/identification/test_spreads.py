@@ -24,7 +24,7 @@ damping_ratio = 0.0269748924       # 95 %: 0.02692431 to 0.0270255
 [piezo]                            # what couples it to the circuit
 coupling = 0.00253054708           # N/V, 95 %: 0.002524458 to 0.00253665
 capacitance = 4.12498731e-08       # F, 95 %: 4.122977e-08 to 4.126999e-08
-# Measured too:
+# Also measured:
 #   short_circuit_frequency = 45.70285 (Hz, 95 %: 45.7006 to 45.7051)
 #   coupling_squared_per_mass = 0.0003856533 (N^2/(V^2 kg), 95 %: 0.0003851252 to 0.0003861813)
 """

@@ -18,9 +18,9 @@ from harvester.machine.progress import CallingBack, PartOfProgress
         ),
         (
             {"resume": True},
-            "`resume` must go with `out`, the folder of the study, but there is none",
+            "`resume` must be used with `out`, the folder of the study, but there is none",
         ),
-        ({"formats": ["svg"]}, "`formats` must go with `out`"),
+        ({"formats": ["svg"]}, "`formats` must be used with `out`"),
         ({"formats": ["eps"], "out": "a"}, "`formats` must be svg or pdf, but is 'eps'"),
         ({"worker": 2}, "unknown argument of Execution 'worker': did you mean 'workers'?"),
     ],

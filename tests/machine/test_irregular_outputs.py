@@ -77,7 +77,7 @@ def test_a_journal_is_no_pipe_device_or_link(tmp_path, monkeypatch, kind):
     held = make(Path(name), kind)
     journal = Journal(Path())
     with pytest.raises(
-        InputError, match=r"^`out` must take .* but there is a .* that is no file: remove it$"
+        InputError, match=r"^`out` must take .* but there is a .* that is not a file: remove it$"
     ):
         journal.begin({"versions": ""}, [])
     journal.close()

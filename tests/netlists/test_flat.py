@@ -225,11 +225,11 @@ def test_what_cannot_be_is_refused_with_the_line(tmp_path, old, new, keys, said)
     [
         (
             {"netlist": "bridge", "terminals": PINS},
-            "load.terminals must go with the file of a flat netlist",
+            "load.terminals must be used with the file of a flat netlist",
         ),
         (
             {"netlist": "./b.cir", "supplies": {"VCC": 3.0}},
-            "load.supplies must go with load.terminals",
+            "load.supplies must be used with load.terminals",
         ),
         (
             {"netlist": "./b.cir", "terminals": PINS, "supplies": {"VCC": "3 A"}},
@@ -250,7 +250,7 @@ def test_a_flat_netlist_without_terminals_says_what_is_missing(tmp_path):
     with pytest.raises(InputError, match=r"flat one whose two piezo nets load\.terminals names"):
         load_circuit(Load(netlist=str(path)))
     with pytest.raises(
-        InputError, match=r"of a flat netlist, such as KiCad's, load\.terminals in a scene names"
+        InputError, match=r"in a flat netlist, such as KiCad's, load\.terminals in a scene names"
     ):
         load_circuit(Load(netlist=str(EXAMPLES / "board.cir")))  # which includes subcircuits
 

@@ -29,7 +29,13 @@ def section(text, title):
 
 def entries(text, title):
     """The names that a section explains."""
-    return {name for line in section(text, title) if line[:1].strip() for name in line.split(", ")}
+    return {name for names, _ in described(text, title) for name in names.split(", ")}
+
+
+def described(text, title):
+    """The names of each entry of a section, and their type in words."""
+    lines = [line for line in section(text, title) if line[:1].strip()]
+    return [(names, kind) for names, _, kind in (line.partition(" : ") for line in lines)]
 
 
 def docstrings(name):
@@ -50,6 +56,21 @@ def test_a_function_explains_what_it_takes_gives_and_raises(name):
     for error in entries(text, "Raises"):
         assert issubclass(PUBLIC[error], hv.HarvesterError)
     assert section(text, "Raises")
+
+
+@pytest.mark.parametrize("name", [*FUNCTIONS, *CLASSES])
+def test_a_parameter_has_its_type(name):
+    """`help()` shows the docstring alone; options that a function hands on are listed where they belong."""
+    for title in ("Parameters", "Attributes"):
+        entry = described(PUBLIC[name].__doc__, title)
+        assert [names for names, kind in entry if not kind and names != "options"] == []
+
+
+@pytest.mark.parametrize("name", hv.__all__)
+def test_an_example_has_a_heading(name):
+    """Else napoleon reads it as a part of the section before, such as Raises."""
+    before, found, _ = (inspect.getdoc(PUBLIC[name]) or "").partition(">>>")
+    assert not found or re.search(r"^Examples\n-+\n(?:.+\n|\n)*\Z", before, re.MULTILINE)
 
 
 @pytest.mark.parametrize("name", CLASSES)

@@ -12,6 +12,7 @@ SCENE = hv.load(EXAMPLES / "plate_with_stop.toml")
 REQUIRED = {
     "compare": (SCENE,),
     "extremes": (SCENE,),
+    "export": (SCENE, "plate.lib"),
     "identify": ("a.csv",),
     "linspace": (1.0, 2.0, 3),
     "load": (EXAMPLES / "plate.toml",),

@@ -138,7 +138,7 @@ def test_sweep_of_several_keys_and_its_files(tmp_path):
     ("vary", "says"),
     [
         ({"load.resistanc": [1.0]}, "did you mean 'resistance'"),
-        ({"load.resistance": []}, "load.resistance must have values to take, but has none"),
+        ({"load.resistance": []}, "load.resistance must have values, but has none"),
         ({"load.resistance": ["1 kV"]}, "load.resistance must be a load resistance"),
         (
             {"load.resistance": hv.logspace("1 kV", "10 kV", 3)},

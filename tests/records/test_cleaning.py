@@ -312,7 +312,7 @@ def test_what_a_mass_could_take_of_a_record_before_there_is_a_device():
     tone = CleanRecord(500.0, a * np.sin(w * t), "a", (), ())
     found = record_spectra(tone, 0.01, 2e-3)
     assert found.possible == pytest.approx(0.01 * 2e-3 * 2.0 * w * a / np.pi, rel=1e-3)
-    assert "no device of that mass and stroke takes more than 4 mW" in str(found)
+    assert "no device of that mass and stroke absorbs more than 4 mW" in str(found)
     assert (
         found.as_json()["possible_power"] == found.possible
         and record_spectra(tone).possible is None

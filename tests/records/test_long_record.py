@@ -138,7 +138,7 @@ def back(t):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (times(late), "must have equal steps of time, but about row"),
+        (times(late), "must have equal time steps, but about row"),
         (times(back), "must have ascending times, but row 2001 does not"),
         (plain(values()).replace("\n4.000,", "\n4.000,x", 1), "row 2001 must be a number"),
         (plain(np.zeros(N)), "must have accelerations other than 0"),

@@ -96,7 +96,7 @@ def test_rows_beside_settings_are_refused(tmp_path):
     rows = [f"{0.005 * k:.3f},{np.sin(0.3 * k):.5f}" for k in range(600)]
     beside = [f"{head},,{row}" for head, row in zip(settings, rows, strict=False)]
     text = "\n".join([*beside, *(f",,,{row}" for row in rows[4:])]) + "\n"
-    with pytest.raises(InputError, match="4 rows of numbers beside them: delete the columns"):
+    with pytest.raises(InputError, match="4 rows of numbers next to them: delete the columns"):
         read_table(written(tmp_path, text), "FILE")
 
 

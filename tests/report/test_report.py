@@ -182,12 +182,12 @@ def test_json_stands_alone(harvester, tmp_path, monkeypatch):
             ("sweep", PLATE, "--vary", "load.resistance=1k", "--out", "x", "--vector", "eps"),
             "--vector must be svg or pdf",
         ),
-        (("stability", PLATE, "--vector", "svg"), "--vector must go with --out"),
+        (("stability", PLATE, "--vector", "svg"), "--vector must be used with --out"),
         (
             ("optimise", PLATE, "--vary", "load.resistance=1k:1M", "--vector", "svg"),
-            "--vector must go with --out",
+            "--vector must be used with --out",
         ),
-        (("compare", PLATE, "--json", "--vector", "svg"), "--vector must go with --out"),
+        (("compare", PLATE, "--json", "--vector", "svg"), "--vector must be used with --out"),
     ],
 )
 def test_bad_input(harvester, tmp_path, monkeypatch, args, says):
@@ -297,7 +297,7 @@ OPTIMUM = (
             OPTIMUM,
             [
                 "The largest power is at",
-                "The highest of what averaged evaluated",
+                "The highest powers that averaged evaluated",
                 "(model, estimated) µW",
             ],
         ),

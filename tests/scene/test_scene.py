@@ -127,7 +127,7 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         ),
         (
             PLATE + "[load]\nresistance = 1\nparameters = { R = 1 }",
-            "load.parameters must go with a netlist, but the load is a resistance",
+            "load.parameters must be used with a netlist, but the load is a resistance",
         ),
         (PLATE + "[load]\nnetlist = 3", "load.netlist must be a text, but is 3"),
         (
@@ -183,11 +183,11 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         ),
         (
             PLATE + "[opposite_stop]\nrestitution = 1\ngap = 1",
-            "opposite_stop.restitution must go with a rigid stop, but there is none: turn the axis round",
+            "opposite_stop.restitution must be used with a rigid stop, but there is none: turn the axis round",
         ),
         (
             PLATE + "[stop]\nstiffness = 1\n[opposite_stop]\nrestitution = 1\ngap = 1",
-            "opposite_stop.restitution must go with a rigid stop, but there is none",
+            "opposite_stop.restitution must be used with a rigid stop, but there is none",
         ),
         (
             PLATE
@@ -197,7 +197,7 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         (ND + "linear = -2", "nondimensional.linear must be 1 or -1, but is -2.0"),
         (
             ND + "gap = 1",
-            "nondimensional.gap must go with a stop, but there is none: give its restitution",
+            "nondimensional.gap must be used with a stop, but there is none: give its restitution",
         ),
         (
             ND
@@ -206,7 +206,7 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         ),
         (
             ND + "restitution = 1\nopposite_gap = 1",
-            "nondimensional.opposite_gap must go with a stop, but there is none",
+            "nondimensional.opposite_gap must be used with a stop, but there is none",
         ),
         (
             ND + "restitution = 1\nopposite_restitution = 1",
@@ -214,7 +214,7 @@ MASS = "oscillator.mass must be a mass (kg), such as '40 g', above 0, "
         ),
         (
             ND + "opposite_restitution = 1\nopposite_gap = 1",
-            "nondimensional.opposite_restitution must go with a rigid stop, but there is none",
+            "nondimensional.opposite_restitution must be used with a rigid stop, but there is none",
         ),
         (
             ND + "restitution = 1\nstop_stiffness = 4",

@@ -149,7 +149,7 @@ def test_keys_schema(harvester, tmp_path):
     )
     assert (
         harvester("keys", "--out", "x")[2]
-        == "harvester: --out must go with --schema, but --schema is left out\n"
+        == "harvester: --out must be used with --schema, but --schema is left out\n"
     )
 
 

@@ -97,7 +97,7 @@ def test_it_writes_when_it_is_told_to(tmp_path, monkeypatch):
     assert rows[1].split(",")[1] == f"{again.estimates[0].mean_power.value:.9g}"
     assert str(found).splitlines()[1].strip() == "against published" and "%" in str(found)
     with pytest.raises(
-        hv.InputError, match="must have `out`, `formats`, `progress` only, but has `workers`"
+        hv.InputError, match="must have only `out`, `formats`, `progress`, but has `workers`"
     ):
         compare(scene(PAPER), execution=hv.Execution(workers=2))
 

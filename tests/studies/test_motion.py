@@ -113,7 +113,7 @@ def test_probes_from_rest(tmp_path, harvester):
 
 
 def test_probes_need_the_circuit():
-    with pytest.raises(InputError, match="`probe` must go with engine 'spice'"):
+    with pytest.raises(InputError, match="`probe` must be used with engine 'spice'"):
         motion(scene(PAPER), duration=20.0, probe=["v(p)"])
 
 

@@ -111,16 +111,22 @@ def prose(text):
 def package():
     """Each file of the package with its docstrings, messages and other texts of more than one word."""
     for path in sorted((ROOT / "harvester").rglob("*.py")):
-        texts = (
-            node.value
-            for node in ast.walk(ast.parse(path.read_text()))
-            if isinstance(node, ast.Constant)
-        )
-        sentences = (one for one in texts if isinstance(one, str) and " " in one)
+        sentences = (one for one in strings(ast.parse(path.read_text())) if " " in one)
         yield (
             str(path.relative_to(ROOT)),
             "\n".join(prose(re.sub(r"^\s*>>> .*$", "", one, flags=re.M)) for one in sentences),
         )
+
+
+def strings(node):
+    """The texts of a tree of code; one with braces is one text, with `x` for each value in it."""
+    if isinstance(node, ast.JoinedStr):
+        yield "".join(one.value if isinstance(one, ast.Constant) else "x" for one in node.values)
+    elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+        yield node.value
+    else:
+        for child in ast.iter_child_nodes(node):
+            yield from strings(child)
 
 
 def netlists():

@@ -111,7 +111,7 @@ def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Float
     ``flow``, p sigma^2/2 per dE, so that (rate - L) times the law is one positive tridiagonal
     matrix. Its elimination keeps the excess of a diagonal over its neighbours, so that nothing
     positive is subtracted: however small rate is compared with the flow, no digit is lost.
-    (SciPy's solver would need longer to load than the answer takes.)
+    (SciPy's solver would need longer to load than the answer needs.)
     """
     margin = rate * mass
     # A scene whose law is not finite must not spoil its neighbours.

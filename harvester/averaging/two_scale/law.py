@@ -95,7 +95,7 @@ def solve(eqs: Equations) -> TwoScale:
     """Stationary law and E[V^2] by two-scale averaging.
 
     With a stop at rest, correction and bias are those of
-    `harvester.averaging.two_scale.second_order`; without a stop, where linear scenes come out exact,
+    `harvester.averaging.two_scale.second_order`; without a stop, in which linear scenes are exact,
     the bias is a hundredth of exchange and store. For a stop at a distance or preloaded see
     `harvester.averaging.two_scale.gap_law`.
 

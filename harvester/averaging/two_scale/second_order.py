@@ -9,7 +9,7 @@ of the true E[V^2] over the averaged one is
 
     k = (0.056 + 0.077/(1 + m)) i^2 - 0.11 q (1 + 3 i)/(1 + (q/0.2)^4)
 
-of which the first part is that of weak coupling: an impact that dissipates much of the energy makes
+Its first part is that of weak coupling: an impact that dissipates much of the energy makes
 each cycle lopsided and spreads the energies of the cycles, both of which the voltage squared feels.
 E[V^2] is multiplied by exp(k).
 """

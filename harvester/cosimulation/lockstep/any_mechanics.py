@@ -10,7 +10,7 @@ so that the force after an event is that of the time after it, and the whole is 
 events as well.  How long the part to an event is depends on its first kick, and that on the length:
 they are iterated together.  If the noise acts on a model, whose path has no second order, the
 kicks are those of whole steps, as how much noise comes must not depend on the event; the event is
-then met in mid-drift, as it also is where the iteration finds no length.
+then met in mid-drift, as it also is if the iteration finds no length.
 
 ``f`` are the model's `Functions`, ``m`` its coefficients, ``at`` its state, and ``s`` the record of
 the run (`harvester.cosimulation.lockstep.state`), in SI units: w0 = 1.
@@ -19,9 +19,9 @@ the run (`harvester.cosimulation.lockstep.state`), in SI units: w0 = 1.
     piezo     coupling source/Cp           coupling V          (R0 + R1)/2 (source1 - source0) of each leg
     coil      coupling source + line       coupling i          a/2 R (source- + source+)/2 of each half kick
 
-The charge of a piezo is continuous, and so is V.  The e.m.f. of a coil would jump at each kick, and
+The charge of a piezo is continuous, and so is V.  A coil's e.m.f. would jump at each kick, and
 its current with it; so it continues from part to part along the ``line`` b (t - middle of the
-part), where b is its growth by the last kick over the kick's time.  The i of a kick goes by the
+part), where b is its growth by the last kick over the kick's time.  The i of a kick is by the
 mean currents j0, j1 of the last two parts, (3 j1 - j0)/2 for equal ones (Adams and Bashforth): of
 second order, and no charge is lost, however short the pulses of a rectifier are.
 
@@ -47,7 +47,7 @@ DRIFT, KICKED, JUMP, SOURCE, EVENT, OFTEN, RAISED = range(1, 8)
 
 
 class Functions(NamedTuple):
-    """A model's functions, compiled or plain; ``floats`` makes a state of what they give."""
+    """A model's functions, compiled or plain; ``floats`` makes a state of their results."""
 
     drift: Any
     kick: Any
@@ -123,7 +123,7 @@ def write_row(s, at, p, samples):
 
 @inlined
 def meet_event(s, at, events, f, m):
-    """Make the event that the state stands at, and note its time."""
+    """Make the event that the state is at, and note its time."""
     if s.impacts < len(events):
         events[s.impacts] = s.t
     s.impacts += 1
@@ -194,7 +194,7 @@ def part_to_event(s, at, first, reaction, record, f, m):
 
 @inlined
 def begin_part(s, at, reaction, record, f, m):
-    """Begin a part: the state after its first half kick, and where it leads to, (state, phase, goal)."""
+    """Begin a part: the state after its first half kick, and its target, (state, phase, goal)."""
     whole = s.h - s.phase
     s.split = 0
     s.part = whole
@@ -253,7 +253,7 @@ def take_current(s, p):
 
 @inlined
 def reaction_of(s, p):
-    """The port's reaction at a target: of a coil that of its kick, from the mean currents of the last two parts."""
+    """The port's reaction at a target; for a coil that of its kick, from the mean currents of the last two parts."""
     if s.coil == 0:
         return s.coupling * p.v
     if s.goal == IMPACT and s.split == 0:
@@ -272,7 +272,7 @@ def reaction_of(s, p):
 
 @inlined
 def next_leg(s, p, at, goal, reaction, record, f, m):
-    """Do what a target's ``goal`` is, and begin what comes after it: (state, phase, goal)."""
+    """Execute the ``goal`` of a target, and begin the next part: (state, phase, goal)."""
     if goal == IMPACT and s.split == 0:  # in mid-drift
         at = meet_event(s, at, record.events, f, m)
         wait = time_to_event(s, at, f, m)
@@ -335,7 +335,7 @@ def accept_model(s, p, record, f, m, at):
 
 
 def begin_model(s: Any, start: Any, samples: Floats, f: Functions, m: Any) -> None:
-    """Begin a run: the first target is a little after time 0, where the current is known and the first kick is made."""
+    """Begin a run: the first target is a little after time 0, with a known current and the first kick."""
     samples[0, : len(start)] = start
     s.measuring = DURING
     s.driven = f.source(m, start)

@@ -1,6 +1,6 @@
 """A compliant stop in lock-step: ngspice sees a contact in chords of its exact motion (`in_contact`).
 
-Legs end where the contact begins, every `CHORDS`-th part of half its period, and where it ends.
+Legs end at the beginning of the contact, every `CHORDS`-th part of half its period, and at its end.
 """
 
 import math
@@ -46,7 +46,7 @@ def target_in_contact(s, target, goal, impacts, c):
 
 @inlined
 def arrive_in_contact(s, elapsed, c):
-    """Return where the mass is at a target; set its velocity, and add the contact's loss to the ledger."""
+    """Return the mass's place at a target; set its velocity, and add the contact's loss to the ledger."""
     edge = lower_stop(c)
     y = s.x - edge
     if y > 0.0 or (y == 0.0 and s.before >= 0.0):

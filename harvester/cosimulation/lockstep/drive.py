@@ -53,7 +53,7 @@ class Drive:
         (x, x', V, voltage of Csmooth) at the beginning, of several modes as of
         `harvester.mechanics.trace.SeveralModes.started`; None: at rest in the first of `resting_places`.
     free
-        whether ngspice may take smaller steps of its own between targets.
+        whether ngspice may use smaller steps of its own between targets.
     since
         nondimensional time at which the ledger begins.
     shaking
@@ -72,7 +72,7 @@ class Drive:
         the path at the samples, shape (n, 5); the voltage (V) of the load's Csmooth there; time and
         velocity of each impact.
     kicked
-        ahead of each kick x, x', V and the voltage of Csmooth, and the energy that the load took
+        ahead of each kick x, x', V and the voltage of Csmooth, and the energy of the load
         (J), shape (kicks, 5). If the run ``follows`` another, by that field of the state, this
         begins as the other's record: the force on the mass is that of its voltages, and so the
         motion is the same.
@@ -80,11 +80,11 @@ class Drive:
         capacitance of the load's Csmooth (F) once the run is over, 0 without one.
     nodes
         voltage (V) of each node and current (A) of each coil at the last kick once the run is over,
-        if its deck says to keep them.
+        if its deck keeps them.
     currents
         of coils (A) at the beginning, by the names of their vectors.
     earlier, nodes_earlier
-        what ``nodes`` were so many kicks before the last one; empty for 0.
+        the voltages of ``nodes`` so many kicks before the last one; empty for 0.
     series
         vectors of ngspice by name at all accepted points, and their ``time`` (s), if its deck
         has probes.
@@ -170,7 +170,7 @@ class Drive:
 
     @property
     def recording(self) -> Recording:
-        """The arrays of the run, as the callbacks take them."""
+        """The arrays of the run, as arguments of the callbacks."""
         return Recording(
             noise=self.noise,
             shaking=self.shaking,

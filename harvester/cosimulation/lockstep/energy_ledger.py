@@ -1,4 +1,4 @@
-"""Where the energy goes: works on the mass kick by kick, energies at the piezo's terminals and in the load.
+"""The energy balance: works on the mass kick by kick, energies at the piezo's terminals and in the load.
 
     input = damping + impacts + circuit + load + stored
 
@@ -9,9 +9,9 @@
     terminals   integral of v i, and of the power of Rload, over ngspice's accepted points
     stored      v^2/2 and the spring's energy of the mass, Cp v^2/2, and C v^2/2 of a capacitor called Csmooth
 
-What the terminals delivered, less the load's and Csmooth's share, is the circuit's loss (diodes,
-switches, coils); a plain load resistor has none.  So the sum is a check: of the force -beta V on
-the mass against v i in ngspice, and of the works of the spring against its energy; both differ by
+The energy from the terminals, less the load's and Csmooth's share, is the circuit's loss (diodes,
+switches, coils); a plain load resistor has none.  So the sum checks the force -beta V on
+the mass against v i in ngspice, and the works of the spring against its energy; both differ by
 the second order in the step.
 """
 
@@ -28,7 +28,7 @@ from harvester.mechanics.kernels.stored_energy import spring_energy
 
 @inlined
 def add_terminal_flow(s, p):
-    """Add the energy (J) that passed the terminals and that the load took, and the square of the voltage (V^2 s)."""
+    """Add the energy (J) that passed the terminals and of the load, and the square of the voltage (V^2 s)."""
     if s.measuring == DURING:
         half = 0.5 * (p.t - s.t)
         s.load += half * (s.power + p.power)
@@ -67,7 +67,7 @@ def stored_in_mass(s, contact, c):
 
 @inlined
 def note_stored_energy(s, p, energy):
-    """Note the stored energy at the two kicks where the ledger begins, after the burn-in, and where it ends."""
+    """Note the stored energy at the first kick of the ledger, after the burn-in, and at the last."""
     begins = s.measuring == BEFORE and p.t >= s.since
     if not begins and not (s.measuring == DURING and s.n_steps == s.noise_size):
         return
@@ -87,10 +87,10 @@ def note_stored_energy(s, p, energy):
 
 @dataclass(frozen=True)
 class EnergyLedger:
-    """Mean powers (W) after the burn-in by where the energy goes; negative if energy comes from there.
+    """Mean powers (W) after the burn-in by the destination of the energy; negative if it is a source.
 
-    ``stored`` is the growth of what mass, Cp and Csmooth hold.  If the voltage has no force on the
-    mass (beta None) the circuit's energy comes from nowhere, and counts as input.
+    ``stored`` is the growth of the energy in mass, Cp and Csmooth.  If the voltage has no force on
+    the mass (beta None) the circuit's energy comes from nowhere, and counts as input.
     """
 
     input: float = 0.0

@@ -1,4 +1,4 @@
-"""Several modes or masses in lock-step with ngspice: of them it sees the charge alone, sum s_j y_j in units of theta l.
+"""Several modes or masses in lock-step with ngspice, which sees their charge alone, sum s_j y_j in units of theta l.
 
 A drift is known wholly at its kick, as no force acts in it but a stop's: the modes at its end, and
 the `Course` of the charge, a straight line that an impact breaks.  ngspice ends a step there, at a
@@ -139,7 +139,7 @@ def stored_in_modes(z, c):
 
 @inlined
 def make_modal_kick(s, p, recording, c):
-    """Kick the modes, with what goes into the ledger, and plan the next drift."""
+    """Kick the modes, with the entries of the ledger, and plan the next drift."""
     V = p.v / s.volts
     modes = recording.modes
     n = len(c.k)

@@ -13,8 +13,8 @@ from harvester.cosimulation.lockstep.state import AFTER, BEYOND, STATE
 class ModelDrive:
     """One run of n steps of h seconds, with a reading every ``stride`` of them.
 
-    ``volts`` makes the source's voltage of what the model says, ``coupling`` the reaction of
-    voltage or current; ``coil`` states which.  ``free``: ngspice may take smaller steps of its own.
+    ``volts`` makes the source's voltage from the model's output, ``coupling`` the reaction of
+    voltage or current; ``coil`` states which.  ``free``: ngspice may use smaller steps of its own.
     ``start`` is the model's state as an array, ``coefficients`` the model's own.
     """
 

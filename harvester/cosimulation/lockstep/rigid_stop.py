@@ -4,8 +4,8 @@ They are those of `harvester.mechanics.kernels.equation_of_motion.drift_at_stop`
 the force that presses the mass on the stop, known at the kick, and a rest if the next flight is
 shorter than a step.  Between targets ngspice sees chords of it.
 
-    plan_impact          at a kick: when the coming drift meets a stop, how fast, and how it goes on
-    target_as_planned    what the next leg leads to, and its velocity
+    plan_impact          at a kick: when the coming drift meets a stop, how fast, and how it continues
+    target_as_planned    the target of the next leg, and its velocity
     impact               at the stop: x'+ = -r x'-
     velocity_in_flight   velocity at a sample or a kick
 """
@@ -106,7 +106,7 @@ def impact(s, impacts, c):
 
 @inlined
 def arrive(s, x, impacts, c):
-    """Return where the mass is at a target; make the impact, or set the velocity that a sample or a kick sees."""
+    """Return the mass's place at a target; make the impact, or set the velocity that a sample or a kick sees."""
     if s.goal == IMPACT:
         impact(s, impacts, c)
         return s.x

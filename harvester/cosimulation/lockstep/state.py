@@ -4,8 +4,8 @@ Times ``t``, ``leg_t``, ``target_time``, ``since``, ``begin`` and ``end`` are in
 theta l/Cp; ``voltage``, ``current``, ``power``, ``load``, ``delivered``, ``square`` and
 ``smooth_*`` in SI; the rest is nondimensional.  ``bend`` is the acceleration of a ``smooth`` drift
 (`source_voltage`), 0 of one in straight lines. ``n_steps`` counts kicks of the mass, ``accepted``
-ngspice's steps.  ``*_at`` are addresses of what the compiled callbacks use, ``*_index`` the places
-of ngspice's vectors, -1 for one that is not there.
+ngspice's steps.  ``*_at`` are addresses of the data of the compiled callbacks, ``*_index`` the
+places of ngspice's vectors, -1 for one that is not there.
 """
 
 from typing import NamedTuple

@@ -1,11 +1,11 @@
-"""What happens to the mass when ngspice asks: the functions that its three callbacks call, compiled.
+"""The motion of the mass when ngspice asks: the functions that its three callbacks call, compiled.
 
 The mass is kicked at grid times (spring, damping, noise, and the voltage's force -beta V) and moves
 at constant velocity in between (`harvester.mechanics.kernels.equation_of_motion`).  ngspice
 advances the circuit under that motion and ends a step exactly at every target: kick, impact or
 sample; at a kick the accepted voltage is known, so that the force has no lag.  The piezo is a
 voltage source theta x/Cp in series with Cp, whose slope is the integrator's velocity: x is
-continuous where the velocity jumps, at kicks and at impacts.
+continuous when the velocity jumps, at kicks and impacts.
 
     ngspice asks                 answer
     SYNC, before a step          step to the next target         `proposed_step`
@@ -68,12 +68,13 @@ def source_voltage(s, t):
 def proposed_step(s, t, delta):
     """Step that ngspice is to try at t: to the next target, or its own step ``delta`` if it is free to refine.
 
-    Its own is all of what is left, or at most half: a sliver before a target would leave C dv/dt to rounding.  After an
-    impact or another turn of the motion it begins with a small one.  There switches act, and ngspice, which judges a
-    step by differences that reach back over the steps before, does not see a jump within a step much shorter than
-    those: it went over the closing of a switch.
+    Its own is all of the rest, or at most half: a sliver before a target would leave C dv/dt to
+    rounding.  After an impact or another turn of the motion it begins with a small one.  There
+    switches act, and ngspice, which judges a step by differences that reach back over the steps
+    before, does not see a jump within a step much shorter than those: it passed the closing of a
+    switch.
 
-    No step goes beyond the end of the run: of one that does, versions from 42 on leave a rest of
+    No step goes beyond the end of the run: if one does, versions from 42 on leave a rest of
     rounding, and some never get over it.  An end that is early by a few roundings is treated as the
     end by all.
     """
@@ -92,7 +93,7 @@ def proposed_step(s, t, delta):
 
 @inlined
 def stop_ahead(v, c):
-    """Where the stop ahead of a mass of velocity v is; infinite if absent."""
+    """The place of the stop ahead of a mass of velocity v; infinite if absent."""
     if v < 0.0:
         return lower_stop(c)
     return math.inf if c.high is None else c.high
@@ -124,7 +125,7 @@ def target_in_flight(s, target, goal, impacts, c):
 
 @inlined
 def arrive_in_flight(s, x1, impacts, c):
-    """Return where a mass that white noise moves is at a target, and make the impact there, if it is one."""
+    """Return the place at a target of a mass that white noise moves, and make the impact there, if it is one."""
     ahead = stop_ahead(s.v, c)
     if s.goal == IMPACT or (x1 - ahead) * s.v > 0.0:
         bounce(s, s.n_steps * s.h + s.phase, impacts, c)
@@ -151,7 +152,7 @@ def next_event(s, impacts, c):
 
 @inlined
 def set_target(s, target, goal):
-    """Set the next target of ngspice: a phase of the present drift, and what is there."""
+    """Set the next target of ngspice: a phase of the present drift, and its meaning."""
     s.next_phase = target
     s.goal = goal
     s.leg_t = s.t
@@ -169,7 +170,7 @@ def reached(s, p):
 
 @inlined
 def keep_kick(s, V, smooth, row):
-    """Put the states ahead of a kick on record, and return the voltage of its force: of the record it follows, or V."""
+    """Put the states ahead of a kick on record, and return the acting voltage: that of its record, or V."""
     force = row[2] if s.follows == 1 else V
     row[0] = s.x
     row[1] = s.v
@@ -196,7 +197,7 @@ def arrive_at_target(s, impacts, c):
 
 @inlined
 def make_kick(s, p, recording, c):
-    """Kick the mass, with what goes into the ledger, and begin the next drift."""
+    """Kick the mass, with the entries of the ledger, and begin the next drift."""
     before = s.v
     V = p.v / s.volts
     force = V

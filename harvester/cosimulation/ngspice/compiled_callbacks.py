@@ -1,6 +1,6 @@
 """The lock-step's callbacks as C functions: ngspice calls compiled code, without Python in between.
 
-Where a run's state holds the addresses of other C functions, such as those of the tests, these are
+If a run's state holds the addresses of other C functions, such as those of the tests, these are
 asked instead.
 """
 
@@ -65,7 +65,7 @@ def _ask(typingctx, address, state, t, delta):
 
 @intrinsic
 def _coefficients(typingctx, address, pattern):
-    """Read coefficients at an address, None where the ``pattern`` has it, tuples of them one after the other."""
+    """Read coefficients at an address, None as in the ``pattern``, tuples of them one after the other."""
 
     def codegen(context, builder, signature, args):
         start = builder.inttoptr(args[0], ir.DoubleType().as_pointer())
@@ -110,7 +110,7 @@ def source_callback(value, t, node, ident, user):
 
 @c_function(_I4(_F8, types.CPointer(_F8), _F8, _I4, _I4, _I4, _STATE_POINTER))
 def sync_callback(t, delta, old_delta, redo, ident, location, user):
-    """Answer ngspice's GetSyncData: before a step (location 0) set its length; after it (1) accept what converged."""
+    """Answer ngspice's GetSyncData: before a step (location 0) set its length; after it (1) accept the step."""
     if location == 0:
         s = carray(user, 1)[0]
         step = carray(delta, 1)
@@ -150,8 +150,8 @@ def point_function(pattern: Coefficients | ModalCoefficients, shaken: bool) -> A
     """`accept_point` as a C function, compiled for the coefficients that are not None in ``pattern``.
 
     ``shaken`` states whether there is shaking other than white noise.  For several modes it is
-    `accept_modal_point`.  What it closes over names its file in the cache, so that is numbers: a
-    compiled function is another in each process.
+    `accept_modal_point`.  The values of its closure name its file in the cache, so that is numbers:
+    a compiled function is another in each process.
     """
     rows = 0 if isinstance(pattern, Coefficients) else 2 * len(pattern.k) + 1
 

@@ -21,7 +21,7 @@ ROUNDING = 1e-11
 
 @dataclass(frozen=True)
 class Deck:
-    """A whole circuit as ngspice takes it, and its vectors' names in the order of `VECTORS` ("" for none)."""
+    """A whole circuit for ngspice, and its vectors' names in the order of `VECTORS` ("" for none)."""
 
     text: str
     vectors: tuple[str, ...]
@@ -50,14 +50,14 @@ def build_deck(
 ) -> Deck:
     """The whole circuit: the piezo, driven by the voltage theta x/Cp, and the load on it.
 
-    capacitance in farad, step and duration in second; ``start`` is where it begins: theta x/Cp, the
-    terminals' voltage and that of Csmooth, in volt; ``volts`` is the signal's size, with ``reltol``
-    and ``trapezoidal`` for `integration_options`; with ``nodes``, the voltages at the beginning by
-    name, all nodes are saved if it ``keeps`` them; ``probes`` are the names of further vectors that
-    are; ``shunt`` is a capacitance from each node to ground (F). The piezo is that voltage in
-    series with Cp (Thevenin), so that each step of ngspice carries exactly the charge theta (x1 -
-    x0), whatever its integration rule; a current theta x' in parallel, given at the step's end,
-    would not.
+    capacitance in farad, step and duration in second; ``start`` is its initial charge: theta x/Cp,
+    the terminals' voltage and that of Csmooth, in volt; ``volts`` is the signal's size, with
+    ``reltol`` and ``trapezoidal`` for `integration_options`; with ``nodes``, the voltages at the
+    beginning by name, all nodes are saved if it ``keeps`` them; ``probes`` are the names of further
+    vectors that are; ``shunt`` is a capacitance from each node to ground (F). The piezo is that
+    voltage in series with Cp (Thevenin), so that each step of ngspice carries exactly the charge
+    theta (x1 - x0), whatever its integration rule; a current theta x' in parallel, given at the
+    step's end, would not.
 
     The load resistor runs with fixed steps between targets and with the one-step rule that is exact
     for its time constant (`harvester.mechanics.kernels.ngspice_rule`); any other load leaves the
@@ -185,13 +185,13 @@ def integration_options(
 
     ``reltol`` is ngspice's relative tolerance, for steps of its own.  Its absolute tolerances scale
     with the signal's size ``volts``, so that a microvolt is as precise as a kilovolt; at 20 V on 50
-    nF they are ngspice's defaults. That of a charge is no less than what rounding leaves on the
-    capacitor ``smoothing`` (F): next to one of a farad ngspice would take shorter and shorter
+    nF they are ngspice's defaults. That of a charge is no less than the rounding of the
+    capacitor ``smoothing`` (F): next to one of a farad ngspice would make shorter and shorter
     steps.
 
-    Gear's rule damps what rings after a jump, and a coil's oscillation with it; the ``trapezoidal``
-    rule damps nothing, and with a seventh of ngspice's usual ``trtol`` comes nearer in as many
-    steps.
+    Gear's rule damps the ringing after a jump, and a coil's oscillation with it; the
+    ``trapezoidal`` rule damps nothing, and with a seventh of ngspice's usual ``trtol`` comes nearer
+    in as many steps.
     """
     if time_constant is None:
         charge = 1e-8 * volts * capacitance

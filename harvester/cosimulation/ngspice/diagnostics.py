@@ -1,4 +1,4 @@
-"""Why a run of ngspice failed, as one line made from its messages: where, when, and what to try."""
+"""Why a run of ngspice failed, as one line made from its messages: place, time, and remedy."""
 
 import re
 from collections.abc import Sequence
@@ -67,20 +67,20 @@ def why_given_up(end: float, duration: float, step: float, patience: float) -> s
     """Say that a run made no progress in ``patience`` seconds; ``step`` (s) is that of its last accepted points."""
     return (
         f"{_stopped(end, duration)}: it came no further than that in {patience:g} s, with steps of {step:.2g} s; "
-        "slow down what is faster than the vibration (oscillating coils, high frequencies), and make switches gradual"
+        "slow down anything faster than the vibration (oscillating coils, high frequencies), and make switches gradual"
     )
 
 
 def why_out_of_time(end: float, duration: float, seconds: float) -> str:
-    """Say that a run had not ended after the ``seconds`` that were left to it, and what it would take."""
+    """Say that a run had not ended after the ``seconds`` that were left to it, and the time that it needs."""
     whole = (
-        f"; to its end it would take about {clock(seconds * duration / end)}"
+        f"; to its end it would need about {clock(seconds * duration / end)}"
         if min(end, seconds) > 0.0
         else ""
     )
     return (
         f"{_stopped(end, duration)}: the `budget` left it {clock(max(seconds, 0.0))}{whole}: give more, fewer "
-        "`trajectories` or a shorter `duration`, or slow down what is faster than the vibration"
+        "`trajectories` or a shorter `duration`, or slow down anything faster than the vibration"
     )
 
 

@@ -76,13 +76,13 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         return status
 
     def _ignore(self, *arguments: Any) -> int:
-        """Ignore how far ngspice has come, its own thread, and points, which go to the lock-step's own callback."""
+        """Ignore how far ngspice has come, its own thread, and points, which are for the lock-step's own callback."""
         return 0
 
     _send_stat = _background_thread_running = _send_data = _ignore
 
     def _send_init_data(self, data: Any, ident: int, user: Any) -> int:
-        """Note where the vectors that the lock-step reads stand among those of the coming run."""
+        """Note the places of the vectors that the lock-step reads among those of the coming run."""
         names = [ffi_string_utf8(data.vecs[i].vecname).lower() for i in range(data.veccount)]
         voltages = [
             name
@@ -115,7 +115,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         )
 
     def load(self, code_models: Sequence[Path]) -> None:
-        """Load code models from the folder that they are in: the command would take some letters of a path as its own.
+        """Load code models from the folder that they are in: the command would misread some letters of a path.
 
         Raises OSError for one that is missing or does not load.
         """
@@ -235,7 +235,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         return {name: float(self.state[name][0]) for name in ("t", "n_steps", "accepted")}
 
     def _so_far(self) -> tuple[float, float, float] | None:
-        """The means of the present run as of `CircuitError`, over what it has come to measure."""
+        """The means of the present run as of `CircuitError`, over the time that it has measured."""
         now = self.state[0].copy()
         covered = float(now["t"] - now["begin"])
         if now["measuring"] != DURING or not covered > 0.0:
@@ -267,7 +267,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
                 step()
 
     def _keep(self, deck: Deck, earlier: int) -> None:
-        """Keep of a finished run what outlives it: Csmooth's capacitance, the last nodes' voltages, and the probes.
+        """Keep the data of a finished run: Csmooth's capacitance, the last nodes' voltages, and the probes.
 
         The nodes are those so many kicks ``earlier`` as well.
         """
@@ -311,7 +311,7 @@ def ngspice() -> Ngspice:
         loaded.load(code_models(NgSpiceShared.LIBRARY_PATH))
     except (OSError, AttributeError) as error:
         raise MissingProgramError(
-            f"engine 'spice' must have ngspice installed, but {NgSpiceShared.LIBRARY_PATH} is no such library "
+            f"engine 'spice' must have ngspice installed, but {NgSpiceShared.LIBRARY_PATH} is not such a library "
             f"({str(error).splitlines()[0]}): {REMEDY}"
         ) from None
     return loaded

@@ -1,4 +1,4 @@
-"""Where the ngspice library is: the user's choice, the wheel of `piezo-harvester-ngspice`, or the system's."""
+"""The place of the ngspice library: the user's choice, the wheel of `piezo-harvester-ngspice`, or the system's."""
 
 import hashlib
 import importlib
@@ -49,7 +49,7 @@ def library_digest() -> str:
 
 
 def _wheel() -> Any:
-    """The package of the wheel, which holds the library and says where it is; None if it is not installed."""
+    """The package of the wheel, which holds the library and its path; None if it is not installed."""
     with suppress(ImportError):
         return importlib.import_module("piezo_harvester_ngspice")
     return None

@@ -78,7 +78,7 @@ def _number_as_written(function: Any) -> Any:
 
 @cache
 def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any, Any]:
-    """The source and the step of a model as C functions; ``absent`` says which of its coefficients are None."""
+    """A model's source and step as C functions; ``absent`` states which of its coefficients are None."""
     m0 = kind(*(None if is_absent else 0.0 for is_absent in absent))
     at0 = state_kind(*(0.0 for _ in state_kind._fields))
 
@@ -141,9 +141,10 @@ def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any,
 class PlainCallbacks:
     """The same in plain Python; ``drive`` is the run, and ``shared`` ngspice's copy of its record.
 
-    Python works on a record of its own, ``s``, as one of NumPy is slow, and tells ngspice what that asks for.  ngspice
-    cannot pass on an exception, and would read a source without a value: the first exception is kept in ``error``, to
-    be raised after the run, and from then on the source holds its last finite value.
+    Python works on a record of its own, ``s``, as one of NumPy is slow, and gives ngspice the
+    values.  ngspice cannot pass on an exception, and would read a source without a value: the first
+    exception is kept in ``error``, to be raised after the run, and from then on the source holds
+    its last finite value.
     """
 
     REPORTED = "t", "leg_t", "target_time", "turned", "free", "n_steps", "accepted"
@@ -176,7 +177,7 @@ class PlainCallbacks:
         return source or 0, step or 0
 
     def finish(self) -> None:
-        """Put the record where a finished run has it; raises what went wrong in a function of the model."""
+        """Keep the record for the finished run; raises the error of a function of the model."""
         if self.error is not None:
             raise of_model(self.error) from None
         for name, value in vars(self.s).items():

@@ -1,13 +1,13 @@
-"""Whether an ngspice does what the lock-step needs: a short run with a known end, as versions differ.
+"""Whether an ngspice supports the lock-step: a short run with a known end, as versions differ.
 
-A mass goes at a steady speed and meets a stop; its charge flows through a load resistor.  Within a
+A mass moves at a steady speed and meets a stop; its charge flows through a load resistor.  Within a
 step of constant slope the resistor's rule is exact, so that from step to step, but for the first
 ones, the voltage is to rounding
 
     V1 = exp(-z) V0 + (1 - exp(-z)) theta v R,    z = h/(R Cp),    before the stop
 
-if ngspice asks for its source in time, takes the steps that it is given, obeys the weight of the
-rule, and tells each accepted point.  A bridge rectifier behind the same piezo then takes steps of
+if ngspice asks for its source in time, makes the steps that it is given, obeys the weight of the
+rule, and reports each accepted point.  A bridge rectifier behind the same piezo then makes steps of
 ngspice's own.  A version that is not among those `TESTED` is tried before it runs anything else.
 """
 
@@ -74,7 +74,7 @@ class SteadyMotion:
 
 
 def faults(library: Ngspice) -> str:
-    """What of the lock-step an ngspice does not do, in words; "" where all is well."""
+    """The part of the lock-step that an ngspice lacks, in words; "" if it has all."""
     for netlist in ("resistor", "bridge"):
         load = load_circuit(
             Load(resistance=RESISTANCE) if netlist == "resistor" else Load(netlist=netlist)
@@ -107,7 +107,7 @@ def faults(library: Ngspice) -> str:
         callbacks.finish()
         events = drive.record.events[: drive.state[0].impacts]
         if len(events) != 1 or abs(events[0] - EVENT) > 1e-9 * STEP:
-            return "it does not end a step where it is told to"
+            return "it does not end a step at the given time"
         seen = drive.record.samples[4 : int(EVENT / STEP) + 1, -3]
         decay = math.exp(-STEP / (RESISTANCE * CAPACITANCE))
         steady = COUPLING * RESISTANCE
@@ -132,13 +132,13 @@ def checked_ngspice() -> Ngspice:
     why = "" if library.ngspice_version in TESTED else faults(library)
     if why:
         raise MissingProgramError(
-            f"engine 'spice' must have an ngspice that does what it is told, but version {library.ngspice_version} "
-            f"does not ({why}): take version {' or '.join(map(str, TESTED))}, {locate_libngspice.REMEDY}"
+            f"engine 'spice' must have an ngspice that follows the lock-step, but version {library.ngspice_version} "
+            f"does not ({why}): install version {' or '.join(map(str, TESTED))}, {locate_libngspice.REMEDY}"
         )
     return library
 
 
 def versions() -> tuple[str, str]:
-    """The version of ngspice in this process, and what its trial found: "" if it does all that it must."""
+    """The version of ngspice in this process, and the finding of its trial: "" if it passed."""
     library = ngspice()
     return str(library.ngspice_version), faults(library)

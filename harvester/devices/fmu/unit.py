@@ -132,7 +132,7 @@ def _options(circuit: str, fmi: int, platforms: str | Sequence[str] | None) -> l
     if fmi not in VERSIONS:
         raise invalid("`fmi`", "be 2 or 3", fmi)
     if platforms is None:
-        platforms = [host() or "of this machine"]
+        platforms = [host() or "this machine's"]
     elif isinstance(platforms, str):
         platforms = platforms.split(",")
     chosen = dict.fromkeys(platform.strip() for platform in platforms)

@@ -1,1 +1,1 @@
-"""Engine `spice`: its preparation, its ngspice runs, and what is concluded from them."""
+"""Engine `spice`: its preparation, its ngspice runs, and the conclusions from them."""

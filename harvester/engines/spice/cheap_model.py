@@ -1,4 +1,4 @@
-"""The cheap model that runs of ngspice go beside: its circuit, its trajectories, their step, and starts from them."""
+"""The cheap model paired with runs of ngspice: its circuit, its trajectories, their step, and starts from them."""
 
 import time
 from typing import TYPE_CHECKING
@@ -32,9 +32,9 @@ SHARE = 0.5  # of the budget, for the cheap model at most: the rest is for ngspi
 def cheap_circuit(
     problem: Problem, options: MonteCarloOptions, charging: float, settled: bool
 ) -> "tuple[IdealCircuit | CompiledCircuit | None, IdealCircuit | CompiledCircuit | None, bool]":
-    """The circuit without ngspice that goes beside, its twin, and whether runs are `SpiceSetup.short`.
+    """The circuit without ngspice that is paired with it, its twin, and whether runs are `SpiceSetup.short`.
 
-    It is made of ideal elements where these serve; a target that is close asks for the compiled
+    It is made of ideal elements if these are possible; a target that is close asks for the compiled
     circuit, which follows ngspice through every switching, and whose twin is made of ideal
     elements.  Others are their own.  None if absent.  Neither waits for a periodic response, which
     ngspice finds itself; a long ``charging`` takes a compiled circuit minutes.
@@ -66,7 +66,7 @@ def cheap_circuit(
 
 
 def ideal_elements(problem: Problem, load: "LoadCircuit") -> "IdealCircuit | None":
-    """The circuit of ideal elements: of the package's netlists, and of a user's bridge while paths stay together."""
+    """The circuit of ideal elements of a package's netlist, or of a user's bridge while paths stay together."""
     from harvester.circuits.idealised import ideal_circuit
     from harvester.storage.rectifier_cut import plain_bridge
 
@@ -80,12 +80,12 @@ def ideal_elements(problem: Problem, load: "LoadCircuit") -> "IdealCircuit | Non
 
 
 def _bears_compiled(eqs: Equations) -> bool:
-    """Whether a compiled circuit may go beside: of one mode, and under no shaking that makes the response periodic."""
+    """Whether a compiled circuit may be paired: for one mode, and no excitation that makes the response periodic."""
     return eqs.modes is None and (eqs.shaking_period is None or eqs.is_random)
 
 
 def _tells_paths_apart(eqs: Equations) -> bool:
-    """Whether two models of a circuit soon go paths of their own on the same white noise, as near a stop."""
+    """Whether two models of a circuit soon part on the same white noise, as near a stop."""
     return eqs.has_stop and eqs.is_shaken_by_white_noise
 
 
@@ -95,7 +95,7 @@ def pilot_of(
     ideal: "IdealCircuit | CompiledCircuit | None",
     ngspice_rule: bool,
 ) -> "tuple[Trajectories, float]":
-    """The trajectories of the cheap model, compiled, and the seconds that compiling took."""
+    """The trajectories of the cheap model, compiled, and the seconds of the compilation."""
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.richardson import compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
@@ -126,7 +126,7 @@ def cheap_model(
 ) -> "tuple[RichardsonPair, float]":
     """The cheap model with the bias of its step, known well enough for the target, in its share of the budget.
 
-    If the ``pilot`` is the twin of the ``circuit`` that goes together with it, this one continues
+    If the ``pilot`` is the twin of the ``circuit`` that is paired with it, this one continues
     from it.  Also the time from which seconds count on, without compilation.
     """
     from harvester.circuits.compiled_circuit import CompiledCircuit
@@ -181,7 +181,7 @@ def settled_starts(
     """The burn-in of runs that begin in states of the circuit of ideal elements, and these states.
 
     It is `MEMORIES` of the response or of the charging: the circuits differ by little, and controls
-    take what is left.
+    receive the rest.
     """
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.burn_in import memory

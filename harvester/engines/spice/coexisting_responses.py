@@ -1,7 +1,7 @@
 """The other responses that a steady drive may have: found without ngspice from many starts, each continued by ngspice.
 
 The search (`harvester.engines.coexisting_responses`) is by the equations with a load resistor or
-with ideal elements. A run of ngspice begins in a state of each response that it names, and goes to
+with ideal elements. A run of ngspice begins in a state of each response that it names, and moves to
 the periodic one near it, if there is one.
 """
 
@@ -36,7 +36,7 @@ def with_others(
     reltol: float,
     steady: Steady | None,
 ) -> Estimate:
-    """The answer with all responses to the same drive, each with ngspice's mean, and what that says of the answer.
+    """The answer with all responses to the same drive, each with ngspice's mean, and the consequence for the answer.
 
     ``steady`` is the response from rest, None if it does not come back.  Not searched is a linear
     mass, which has one response, and a circuit whose ideal elements are not known; nor if runs or a
@@ -115,7 +115,7 @@ def _continued(
 def _alike(
     reached: list[tuple[SteadyResponse | None, Steady]],
 ) -> list[list[tuple[SteadyResponse | None, Steady]]]:
-    """What led to the same response of ngspice, together."""
+    """The starts that led to the same response of ngspice, together."""
     from harvester.mechanics.ensemble.coexisting_responses import linked
 
     if len(reached) < 2:

@@ -1,4 +1,4 @@
-"""What a compiled circuit differs by from ngspice, on the same motion."""
+"""The difference of a compiled circuit from ngspice, on the same motion."""
 
 import dataclasses
 import math
@@ -45,7 +45,7 @@ def difference_from_ngspice(
     Runs begin in states of the circuit's own trajectories of the step ``h``, and ``settling`` is
     left out of each. Both move as the compiled circuit lets the mass move, so that they stay
     together near a stop; how the mass answers to the difference is left out, which is of the size
-    of the coupling times it.  A store that charges for longer than the runs go on has come to a
+    of the coupling times it.  A store that charges for longer than the runs last has come to a
     part of its difference, 1 - exp(-t/(R C)), by which the difference is divided.
 
     Half of the runs do if they show that the load's power differs by less than ``enough``, and

@@ -1,4 +1,4 @@
-"""What engine `spice` answers: from runs on noise, from a periodic response, or if its time was over before.
+"""The answers of engine `spice`: from runs on noise, from a periodic response, or if its time was over before.
 
 Means, with the known part of their errors, the power balance or the energy ledger, and under a
 steady drive the motion.
@@ -40,7 +40,7 @@ def sampled_estimate(
     watch: Watch,
     said: list[Diagnostic | None],
 ) -> Estimate:
-    """The answer that runs give; ``said`` is what their sampling has to say."""
+    """The answer that runs give; ``said`` is the report of their sampling."""
     setup = runs.setup
     eqs = problem.equations
     unit = problem.units.frequency
@@ -191,7 +191,7 @@ def partial_answer(
     seconds: float,
     setup: SpiceSetup | None = None,
 ) -> Estimate:
-    """What the cheap model of a ``setup`` knows, or else the means that one run of ngspice had come to.
+    """The results of a ``setup``'s cheap model, or else the means of one run of ngspice until then.
 
     Either comes with a warning, and without a whole error.  If there is neither, the error is
     raised.

@@ -1,4 +1,4 @@
-"""The first runs of ngspice for an answer: how long each goes on, how many there are, and whether anyone would wait."""
+"""The first runs of ngspice for an answer: how long each lasts, how many there are, and whether anyone would wait."""
 
 import numpy as np
 
@@ -36,7 +36,7 @@ def first_batch(
 ) -> Runs:
     """As many runs as the target is likely to need at least; those of a later batch are as long.
 
-    Raises SimulationError if they would take more steps than the budget has time for, or
+    Raises SimulationError if they would make more steps than the budget has time for, or
     `PATIENCE`.
     """
     n_steps = setup.n_steps(_duration(options, problem, setup, paired))
@@ -86,6 +86,6 @@ def _check_patience(
         instead = "use engine 'ensemble', or " if problem.netlist is None else ""
         last = f"{setup.burn_in / problem.units.frequency:.3g}{' s' * problem.physical}"
         raise SimulationError(
-            f"the ngspice runs would take {steps:.1e} steps, as transients last {last}: {instead}give fewer "
+            f"the ngspice runs would need {steps:.1e} steps, as transients last {last}: {instead}give fewer "
             f"`trajectories`, a longer `dt` or a `budget` of more than {two_digits(steps / STEPS_A_SECOND)} s"
         )

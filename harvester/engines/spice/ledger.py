@@ -1,4 +1,4 @@
-"""What the energy ledgers of ngspice runs say: entries of an answer, and doubts about a netlist."""
+"""The energy ledgers of ngspice runs: entries of an answer, and doubts about a netlist."""
 
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ SURE = 4.0
 def ledger_entries(
     ledgers: "list[EnergyLedger]", watts: float, load_bias: float = 0.0
 ) -> dict[str, float]:
-    """Where the energy went, the mean of these, in units of ``watts``, with errors; see `energy_ledger`.
+    """The energy balance, the mean of these, in units of ``watts``, with errors; see `energy_ledger`.
 
     For several runs each entry has its standard error (by Student's t if they are few).  That of
     the load, which is the mean power, has the error ``load_bias`` (in these units) with it.
@@ -43,14 +43,14 @@ def ledger_entries(
 
 
 def gives_power(watts: float) -> SimulationError:
-    """The error of a load that gives so much power in place of taking it."""
+    """The error for a load that gives so much power in place of drawing it."""
     return SimulationError(
-        f"Rload of the netlist must be above 0 and take power, but gives {watts:.3g} W"
+        f"Rload of the netlist must be above 0 and draw power, but gives {watts:.3g} W"
     )
 
 
 def ledger_remarks(ledgers: "list[EnergyLedger]") -> list[Diagnostic]:
-    """Warnings of ledgers that do not close, and of a netlist that gives energy, or goes on storing it.
+    """Warnings of ledgers that do not close, and of a netlist that gives energy, or continues to store it.
 
     Each beyond the errors of several runs.
     """

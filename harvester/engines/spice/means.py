@@ -1,4 +1,4 @@
-"""Runs of ngspice that have ended, and what is concluded from them: means with their whole errors."""
+"""Runs of ngspice that have ended, and their results: means with their total errors."""
 
 import dataclasses
 import math
@@ -51,7 +51,7 @@ class RunMeans:
 
     @property
     def followed(self) -> int:
-        """Runs at twice the step; 0 if they are too few to tell the step bias."""
+        """Runs at twice the step; 0 if they are too few for the step bias."""
         return len(self.coarse) if len(self.coarse) >= TELLING else 0
 
     def mean_square_voltage(self) -> Controlled:
@@ -59,7 +59,7 @@ class RunMeans:
         return self._estimate("V2", np.concatenate([run.moments.V2 for run in self.done]), 1.0)
 
     def power(self) -> Controlled:
-        """E[P], nondimensional: of the load resistor beta mu E[V^2], of a netlist what Rload takes in ngspice."""
+        """E[P], nondimensional: beta mu E[V^2] for a load resistor, for a netlist the power of Rload in ngspice."""
         device = self.setup.device
         beta, mu = device.eqs.beta or 0.0, device.eqs.mu or 0.0
         if self.setup.resistive:
@@ -100,7 +100,7 @@ class RunMeans:
         return dataclasses.replace(estimate, value=self._with_tolerance(estimate.value, name))
 
     def _step_bias(self, name: str, mean: float) -> float | None:
-        """The step bias of a mean, by the cheap model or by runs at twice the step; None if none tells it."""
+        """The step bias of a mean, by the cheap model or by runs at twice the step; None if neither gives it."""
         if (relative := self.setup.relative_bias(name)) is not None:
             return abs(relative * mean)
         if not self.followed:
@@ -111,7 +111,7 @@ class RunMeans:
         )
 
     def _controls(self, name: str) -> tuple[Floats | None, Floats | None]:
-        """The controls of the runs' blocks, shape (n, columns), if they have any, or what they explain, shape (n,).
+        """The controls of the runs' blocks, shape (n, columns), if they have any, or their explained part, shape (n,).
 
         With a circuit of ideal elements, which has the same ones, that is their sum with the
         weights that explain that circuit's moment: its many trajectories know them better than the
@@ -141,7 +141,7 @@ class RunMeans:
         return sum(others, first).averaged(self.blocks)
 
     def details(self) -> dict[str, float]:
-        """What the pairing did."""
+        """The effect of the pairing."""
         pair = self.setup.pair
         if not self.paired or pair is None:
             return {}

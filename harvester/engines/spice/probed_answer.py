@@ -1,4 +1,4 @@
-"""Other quantities of the circuit beside the power: probes that a user names, and what each element takes."""
+"""Further quantities of the circuit: probes that a user names, and the power of each element."""
 
 import dataclasses
 import math
@@ -30,7 +30,7 @@ MEAN, SQUARE, LEAST, LARGEST = range(4)  # columns of what the runs hand back
 
 @dataclass(frozen=True)
 class Watch:
-    """What is looked at: the ``probes`` that were asked for, and for the ledger the circuit's ``parts`` by name."""
+    """The watched quantities: the ``probes`` that were asked for, and for the ledger the ``parts`` by name."""
 
     probes: tuple[Probe, ...] = ()
     parts: tuple[tuple[str, tuple[Probe, ...]], ...] = ()
@@ -42,10 +42,10 @@ class Watch:
 
 
 def watch_of(problem: Problem, probe: str | Sequence[str], ledger: bool) -> Watch:
-    """What is to be looked at in the circuit of a problem; InputError for what is not there."""
+    """The watched quantities in the circuit of a problem; InputError for one that is not there."""
     if ledger and problem.netlist is None:
         raise InputError(
-            "`ledger` must go with a netlist, whose elements it tells, but the load is a resistance"
+            "`ledger` must be used with a netlist, whose elements it lists, but the load is a resistance"
         )
     assert problem.circuit is not None, "the engine refuses an open circuit"
     parts = element_powers(problem.circuit) if ledger else {}
@@ -57,7 +57,7 @@ def watch_of(problem: Problem, probe: str | Sequence[str], ledger: bool) -> Watc
 def with_probes(
     answer: Estimate, problem: Problem, watch: Watch, columns: list[list[Value]], window: float
 ) -> Estimate:
-    """An answer with what the probes say; ``columns`` has mean, mean square, least and largest of each, in SI units.
+    """An answer with the probes' results; ``columns`` has mean, mean square, least and largest of each, in SI units.
 
     ``window`` is the time that they cover, in the scene's unit.
     """
@@ -94,8 +94,8 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
     """An answer with the means over independent runs, and their errors.
 
     The time-step error is the most that runs of ngspice and those of twice the step on the same
-    noise leave at 95 %: of a mean a third of their difference, of an extreme, which is of no order,
-    the whole.  That of ngspice's tolerance is measured as that of the power.
+    noise leave at 95 %: for a mean a third of their difference, for an extreme, which is of no
+    order, the whole.  That of ngspice's tolerance is measured as that of the power.
     """
     from scipy.special import stdtrit
 

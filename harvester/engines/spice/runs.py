@@ -44,8 +44,8 @@ def fewest_pairs(within: float | None, blocks: int) -> int:
 class Runs(RunMeans):
     """Trajectories of ``n_steps`` each, of which more can be run.
 
-    What has not ended at the ``deadline`` of `time.monotonic` is given up; ``step_is_fixed`` states
-    that the user gave the step.
+    A run that has not ended at the ``deadline`` of `time.monotonic` is given up; ``step_is_fixed``
+    states that the user gave the step.
     """
 
     n_steps: int
@@ -58,9 +58,9 @@ class Runs(RunMeans):
     warm_up_seconds: float = 0.0
 
     def run_first(self, count: int) -> None:
-        """Run ``count``; if ngspice alone tells the step bias, a few with others of twice the step first.
+        """Run ``count``; if ngspice alone gives the step bias, a few with others of twice the step first.
 
-        For a budget that ends early the others leave what telling the tolerance takes: an error
+        For a budget that ends early the others leave the time for measuring the tolerance: an error
         that is known whole is worth more than runs.  Raises as `run_batch`.
         """
         from harvester.cosimulation.worker_pool import worker_count
@@ -131,7 +131,7 @@ class Runs(RunMeans):
     def _run_coarse(
         self, seeds: list[np.random.SeedSequence], starts: "list[Start] | None"
     ) -> None:
-        """The same runs at twice the step, same noise, if no cheap model tells the bias; of probes, a few runs."""
+        """The same runs at twice the step, same noise, if no cheap model gives the bias; for probes, a few runs."""
         from harvester.cosimulation import runs as worker
 
         setup = self.setup
@@ -161,7 +161,7 @@ class Runs(RunMeans):
             setup.diagnostics.append(warning("step_bias_not_measured", error=str(error)))
 
     def measure_tolerance(self, needed: bool = False) -> None:
-        """Measure what ngspice's tolerance does to the moments, if it chooses its steps and time is left.
+        """Measure the effect of ngspice's tolerance on the moments, if it chooses its steps and time is left.
 
         On two motions of `TOLERANCE_TIME` after the burn-in: the larger of both counts.  It stays
         unknown, with a warning, if ngspice does not bear a tenth of its tolerance, or the time is
@@ -222,7 +222,7 @@ class Runs(RunMeans):
         return self.power().value
 
     def improve(self, target: Target) -> Diagnostic | None:
-        """More pairs and a longer ensemble, in the proportion that costs least; or say why the target is not reached.
+        """More pairs and a longer ensemble, in the proportion that costs least; or state why the target is not reached.
 
         Less than a pair is asked for as one, if nothing else is.
         """

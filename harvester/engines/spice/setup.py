@@ -1,4 +1,4 @@
-"""What engine `spice` needs before its first ngspice run: circuit, step, burn-in, and the cheap model beside it."""
+"""The preparation of engine `spice` for its first ngspice run: circuit, step, burn-in, and the cheap model."""
 
 import math
 import time
@@ -40,14 +40,14 @@ READING = 0.4  # nondimensional time between readings: V^2 varies on the scale o
 
 @dataclass(frozen=True)
 class SpiceSetup:
-    """What runs, and the known part of it before.
+    """The simulation, and its known part before it.
 
     ``burn_in`` is nondimensional; ``pair`` is the cheap model of the same device, settled, which
-    makes the same steps (None if no circuit of ideal elements serves); ``seconds`` is what all
-    this took, without compilation; ``starts`` are states of that model, from which runs begin near
-    their stationary law (None: at rest, which takes a ``burn_in_from_rest``); ``unknown`` is a part
-    of every mean's error that nothing tells; where runs are short, ``difference`` has the relative
-    differences of moments on the same motion (`difference_from_ngspice`).
+    makes the same steps (None if no circuit of ideal elements is possible); ``seconds`` is the time
+    of all this, without compilation; ``starts`` are states of that model, from which runs begin
+    near their stationary law (None: at rest, which takes a ``burn_in_from_rest``); ``unknown`` is a
+    part of every mean's error that nothing measures; if runs are short, ``difference`` has the
+    relative differences of moments on the same motion (`difference_from_ngspice`).
     """
 
     device: "CoupledDevice"
@@ -65,7 +65,7 @@ class SpiceSetup:
         return replace(self, burn_in=self.burn_in_from_rest, starts=None, difference={})
 
     def with_shunt(self, shunt: float) -> "SpiceSetup":
-        """The same, with a capacitance from each node to ground, of the piezo's (0: none), which is told."""
+        """The same, with a capacitance from each node to ground, of the piezo's (0: none), which is reported."""
         if not shunt:
             return self
         diagnostic = warning(
@@ -84,7 +84,7 @@ class SpiceSetup:
 
     @property
     def stays_together(self) -> bool:
-        """Whether ngspice and the cheap model go the same path from settled states: ideal diodes alone, and no stop."""
+        """Whether ngspice and the cheap model follow one path from settled states: ideal diodes alone, and no stop."""
         from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
         circuit = self.device.ideal
@@ -93,7 +93,7 @@ class SpiceSetup:
 
     @property
     def settling(self) -> float:
-        """What a run makes before it counts, nondimensional."""
+        """The burn-in of a run, nondimensional."""
         return 0.0 if self.short else self.burn_in
 
     @property
@@ -216,7 +216,7 @@ def _stride(pilot: "Trajectories") -> int:
 
 
 def _burn_in(pilot: "Trajectories", problem: Problem, budget: float | None) -> list[Diagnostic]:
-    """`run_burn_in`, whose error states what in a netlist may feed the motion."""
+    """`run_burn_in`, whose error states the part of a netlist that may feed the motion."""
     try:
         return run_burn_in(pilot, problem, budget)
     except UnboundedResponseError as error:
@@ -233,7 +233,7 @@ def _difference(
     settling: float,
     options: MonteCarloOptions,
 ) -> dict[str, float]:
-    """What the compiled circuit differs by from ngspice on the same motion, if runs may be short; else none."""
+    """The difference of the compiled circuit from ngspice on the same motion, if runs may be short; else none."""
     if starts is None:
         return {}
     enough = NEAR * (number(options.within) or LOOSE)
@@ -259,7 +259,7 @@ def _whole_periods(time: float, period: float | None) -> float:
 
 
 def stand_in(problem: Problem) -> Diagnostic | None:
-    """Which device stands in for a nondimensional scene; None for a physical one."""
+    """Which device represents a nondimensional scene; None for a physical one."""
     s = problem.scales
     numbers = {
         "mass": s.mass,

@@ -53,17 +53,17 @@ class Spice(MonteCarloOptions, Engine):
 
     Parameters
     ----------
-    within, budget, seed, duration, trajectories, dt
+    within, budget, seed, duration, trajectories, dt : float or str or int, optional
         As in `run`.
-    alone
+    alone : bool, default False
         Average plain ngspice runs started from rest, without variance reduction.
-    reltol
+    reltol : float, default 0.0001
         ngspice's relative tolerance, for a netlist.
-    gaussian
+    gaussian : bool, default False
         Gaussian noise in place of the three-point noise of the ensemble; only with ``alone``.
-    probe
+    probe : tuple of str
         Circuit quantities to report, such as "store" or "v(a,b)".
-    ledger
+    ledger : bool, default False
         Also report the mean power dissipated in each element.
 
     Raises
@@ -111,7 +111,7 @@ class Spice(MonteCarloOptions, Engine):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why the engine cannot serve a problem; None if it can."""
+        """Why the engine does not support a problem; None if it can."""
         if problem.netlist is None and problem.equations.mu is None:
             return refusal("needs_load", cls.NAME, engine=cls.NAME)
         if problem.netlist is not None:
@@ -161,7 +161,7 @@ class Spice(MonteCarloOptions, Engine):
     def _run(
         self, problem: Problem, near: Steady | None, progress: Progress | None = None
     ) -> tuple[Estimate, Steady | None]:
-        """`run_near`, or what is known if the time was over before."""
+        """`run_near`, or the known part if the time was over before."""
         begin = time.perf_counter()
         try:
             return self.run_near(problem, near, progress)
@@ -175,7 +175,7 @@ class Spice(MonteCarloOptions, Engine):
         progress: Progress | None = None,
         judged: bool = True,
     ) -> "tuple[Estimate, Neighbour | None]":
-        """As `run_near`, and where the response of the longest step begins."""
+        """As `run_near`, and the start of the response of the longest step."""
         answer, steady = self.run_near(scene, near, progress)
         return answer, None if steady is None else steady.responses[0, 0]
 
@@ -214,7 +214,7 @@ class Spice(MonteCarloOptions, Engine):
         begin: float,
         progress: Progress | None,
     ) -> Estimate:
-        """The answer of sampled runs, or what is known if their time is over; it was begun at ``begin``."""
+        """The answer of sampled runs, or the known part if their time is over; it was begun at ``begin``."""
         from harvester.mechanics.kernels.compiled import machine_code
 
         searched = time.perf_counter() - begin
@@ -237,7 +237,7 @@ class Spice(MonteCarloOptions, Engine):
         exists: MomentExistence,
         progress: Progress | None,
     ) -> tuple[Runs, list[Diagnostic | None]]:
-        """The runs of an answer, and what to say of their target; again with a shunt if any does not converge."""
+        """The runs of an answer, and the report of their target; again with a shunt if any does not converge."""
         begin = time.monotonic()
         for k, shunt in enumerate(SHUNTS, 1):
             try:

@@ -3,11 +3,11 @@
 The response is found once, from rest or from a neighbouring one, and followed to steps of a half
 and a quarter and to a tenth of ngspice's tolerance; ngspice integrates by the trapezoidal rule, or
 by Gear's if that does not converge. If neither does, each node has a capacitance to ground,
-which is halved with the first tenth of the tolerance. What the step changes is extrapolated if
-it falls as the order says (`harvester.uncertainty.richardson`), what the tolerance changes is
-added; what both may still change, and what settling further would, is the error.
+which is halved with the first tenth of the tolerance. The change by the step is extrapolated if
+it falls by the order (`harvester.uncertainty.richardson`), that by the tolerance is
+added; the remaining changes by both, and by further settling, are the error.
 
-Long because the way to smaller steps and tolerances, and the error of where it ends, read the same
+Long because the way to smaller steps and tolerances, and the error of its end, read the same
 responses.
 """
 
@@ -77,15 +77,15 @@ class Steady:
 
     @property
     def enough(self) -> float:
-        """What settling may leave, relative to the response's size."""
+        """The remainder of the settling, relative to the response's size."""
         return min(max(SETTLED * self.within, FINEST), ROUGHEST)
 
     @property
     def remains(self) -> float:
-        """For the change to a tenth of the tolerance, what may remain there.
+        """For the change to a tenth of the tolerance, the remainder there.
 
-        Gear's damping falls more slowly, and of what capacitances from each node to ground do, half
-        remains.
+        Gear's damping falls more slowly, and of the effect of capacitances from each node to
+        ground, half remains.
         """
         return REMAINS if self.first.trapezoidal and not self.first.shunt else 1.0
 
@@ -164,7 +164,7 @@ class Steady:
             self.unknown = _unknown("circuit", str(error))
 
     def _guess(self, setting: tuple[int, int]) -> "PeriodicResponse":
-        """Where to look for a further response: at the neighbour's, moved as those at the longest step are apart.
+        """The start of a search for a further response: the neighbour's, moved as those at the longest step are apart.
 
         Without such a neighbour it is the last one here.
         """
@@ -193,7 +193,7 @@ class Steady:
         )
 
     def reusable(self) -> tuple[float, int] | None:
-        """What a neighbour may take for the relative tolerance error; None if it must measure that."""
+        """The value of a neighbour for the relative tolerance error; None if it must measure that."""
         if self.unknown or self.tenths or self.first.probes:
             return None
         if self.reused is not None:
@@ -204,7 +204,7 @@ class Steady:
         return (least, 1) if tolerance < 0.5 * least * abs(value) else None
 
     def errors(self, name: str) -> tuple[float, tuple[float, float, float]]:
-        """The ``power``, ``square`` or ``displacement``, and its errors: of step, ngspice's tolerance and settling."""
+        """The ``power``, ``square`` or ``displacement``, and its errors: by step, ngspice's tolerance and settling."""
         finest, tenths = self.finest, self.tenths
         three = [self.responses[k, tenths] for k in range(finest - 2, finest + 1)]
         values = [float(getattr(response, name)) for response in three]
@@ -250,7 +250,7 @@ class Steady:
         return self.continue_to([(2, 2), (1, 1), (0, 1)])
 
     def improve(self) -> bool:
-        """Halve the step, or go on to the next tolerance, whichever makes the larger error; whether there is one."""
+        """Halve the step, or continue with the next tolerance, by the larger error; whether there is one."""
         _, (step, tolerance, _) = self.errors("power")
         finest, tenths = self.finest, self.tenths
         before = dict(self.responses)

@@ -1,4 +1,4 @@
-"""The ways of Windows.  They are type-checked, and tested against stand-ins for its calls; no Windows has run them."""
+"""The ways of Windows: type-checked, and tested against replacements of its calls; untested on Windows itself."""
 
 import sys
 
@@ -61,7 +61,7 @@ class Windows:
         return os.open(path, os.O_RDWR | os.O_CREAT | os.O_BINARY | os.O_NOINHERIT, 0o600)
 
     def open_folder_to_lock(self, path: Path) -> int:
-        """Open a file in it, as a folder cannot be opened; it is gone when it is closed."""
+        """Open a file in it, as a folder cannot be opened; it disappears when it is closed."""
         return os.open(
             path / ".locked", os.O_RDWR | os.O_CREAT | os.O_NOINHERIT | os.O_TEMPORARY, 0o600
         )

@@ -1,13 +1,13 @@
 """Burn-in: trajectories run until their start is forgotten, as the data and the scene's memory show.
 
 Windows of doubled length follow each other until the means of E[x^2], E[x'^2] and E[V^2] in two
-neighbours agree within two standard errors, and until these times have gone by: `LOAD_TIMES` time
+neighbours agree within two standard errors, and until these times have passed: `LOAD_TIMES` time
 constants of the load (1/mu; with a circuit, `CHARGING_TIMES` of its capacitor, kappa/mu, and its
 power agrees as well) and `CORRELATION_TIMES` correlation times of the energy, of V^2 and of the
 load's power, estimated from the same window.  The last one may be shorter.
 
 Between unlike wells these times are those of x as well, which sees hops.  Where hops are so rare
-that this would take too long, the burn-in ends when all else is forgotten
+that this would last too long, the burn-in ends when all else is forgotten
 (`harvester.mechanics.ensemble.hopping`).
 """
 
@@ -60,7 +60,8 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[Dia
     """Run trajectories until their start is forgotten, and return warnings.
 
     A step that turns out too long for the response is made shorter, and the trajectories begin again, unless their step
-    is fixed.  ``budget`` is the time that this may take, about, in seconds; below one it counts as one.
+    is fixed.  ``budget`` is the time that this may need, about, in seconds; below one it counts as
+    one.
 
     Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded,
     but does not become stationary in the budget, or in a sensible time; InputError for a fixed step
@@ -200,7 +201,7 @@ def memory(
 
     Without noise that of a small transient (`slowest_transient`), so that `CORRELATION_TIMES` of it leave `TRANSIENTS`
     times as many.  Between unlike wells also that of x, which sees hops however rare: trajectories begin in each of
-    the wells.  With ``hops``, what hops do is left out.
+    the wells.  With ``hops``, the effect of hops is left out.
     """
     eqs, circuit = trajectories.eqs, trajectories.circuit
     if not eqs.is_random:
@@ -235,7 +236,7 @@ def check_cost(
 
     The rate of steps is counted from ``begin``, the budget from ``before`` seconds earlier.
 
-    Raises SimulationError, which states what would help.
+    Raises SimulationError, which states a remedy.
     """
     beyond, steps, seconds = _cost(
         trajectories, length, budget if budget is None else budget - before, begin
@@ -243,7 +244,7 @@ def check_cost(
     if beyond:
         raise SimulationError(
             f"the start is not forgotten after {trajectories.time:g}/w0, and a burn-in of {length:g}/w0 more "
-            f"would take {steps:.1e} trajectory-steps of {trajectories.h:.2g}/w0: give a longer `dt`, fewer "
+            f"would need {steps:.1e} trajectory-steps of {trajectories.h:.2g}/w0: give a longer `dt`, fewer "
             f"`trajectories`, or a `budget` of more than {two_digits(before + seconds)} s"
         )
 
@@ -251,7 +252,7 @@ def check_cost(
 def _cost(
     trajectories: Trajectories, length: float, budget: float | None, begin: float
 ) -> tuple[bool, float, float]:
-    """Whether a ``length`` more goes beyond the budget, or `MOST_STEPS`; all steps then, and the seconds they take."""
+    """Whether a ``length`` more exceeds the budget, or `MOST_STEPS`; all steps then, and their seconds."""
     weight = COMPLIANT if trajectories.eqs.stop_stiffness is not None else 1.0
     weight = max(weight, OWN_KERNEL if trajectories.loaded.is_dear else 1.0)
     made = weight * trajectories.steps

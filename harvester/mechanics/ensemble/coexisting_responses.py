@@ -1,6 +1,6 @@
-"""The responses to a steady drive that trajectories from many starts come to: which are one, and of what kind each is.
+"""The responses to a steady drive that trajectories from many starts come to: which are one, and the kind of each.
 
-Each trajectory has a phase of the drive of its own, so that what is compared between them are means
+Each trajectory has a phase of the drive of its own, so that the compared quantities are means
 over whole periods. A response that comes back after some periods of the drive is periodic; for one
 that does not, neighbouring motions part exponentially if it is chaotic (a positive Lyapunov
 exponent), and stay together if it is quasi-periodic.
@@ -55,7 +55,7 @@ class Attractor:
         return np.asarray(getattr(self.moments, name)[self.members])
 
     def like(self, other: "Attractor") -> bool:
-        """Whether it is the same response at another step: of the same kind and place, and nearly the same size."""
+        """Whether it is the same response at another step: one of the same kind and place, and nearly the same size."""
         mine, its = (
             np.array([at.entries(name).mean() for name in ("V2", "x2", "x")])
             for at in (self, other)
@@ -88,7 +88,7 @@ def from_many_starts(
 
 
 def attractors(trajectories: Trajectories) -> list[Attractor]:
-    """The responses of trajectories under a steady drive, the most frequent first; they go on until they are there.
+    """The responses of trajectories under a steady drive, the most frequent first; they continue until they are there.
 
     Raises UnboundedResponseError as `Trajectories.run`.
     """
@@ -108,9 +108,9 @@ def attractors(trajectories: Trajectories) -> list[Attractor]:
 
 
 def sections(trajectories: Trajectories) -> Floats:
-    """Where all trajectories are in mid-drift, and at which part of a period of a steady drive: shape (5, count).
+    """The places of all trajectories in mid-drift, and the part of a period of a steady drive: shape (5, count).
 
-    The rows are x, x', V, the voltage of a circuit's capacitor (0 without a circuit), and that
+    The rows are x, x', V, a circuit's capacitor voltage (0 without a circuit), and that
     part.
     """
     eqs, h = trajectories.eqs, trajectories.h
@@ -197,7 +197,7 @@ def linked(means: Floats) -> Indices:
 
 
 def _alike(means: Floats, response: Floats, part: float) -> Floats:
-    """Which rows of means, shape (n, 3), are those of one response: V^2 and x^2, and x beside the root of x^2."""
+    """Which rows of means, shape (n, 3), are those of one response: V^2 and x^2, and x relative to the root of x^2."""
     size = np.array([response[0], response[1], math.sqrt(response[1])])
     return np.asarray(np.all(np.abs(means - response) <= part * np.maximum(size, 1e-300), axis=1))
 

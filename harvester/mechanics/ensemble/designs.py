@@ -1,9 +1,9 @@
 """Trajectories of many scenes of the same effects, which run by the kernel of all ensembles.
 
-What `harvester.mechanics.ensemble.trajectories`, `burn_in` and `richardson` do for a scene alone is
-done here for n scenes at a time: their states, sums and controls are rows of the same arrays, and
-means and weights are computed for all at once.  A scene's numbers depend on itself and its seed
-alone, and not on the other scenes.
+The work that `harvester.mechanics.ensemble.trajectories`, `burn_in` and `richardson` do for a scene
+alone is done here for n scenes at a time: their states, sums and controls are rows of the same
+arrays, and means and weights are computed for all at once.  A scene's numbers depend on itself and
+its seed alone, and not on the other scenes.
 
 Rare cases are left to the run of a scene alone (`Designs.left`): numbers that leave the finite
 ones, a response that dies out or is not stationary in time, and a step whose double is unstable.

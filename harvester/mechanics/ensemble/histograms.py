@@ -13,7 +13,7 @@ class HistogramDensity:
     """A probability density by its means over bins of equal width.
 
     ``edges`` has shape (n + 1,).  ``entries`` has shape (m, n): one density from each of m independent
-    groups of trajectories.  What lies outside the edges counts as probability, but in no bin.
+    groups of trajectories.  A value outside the edges counts as probability, but in no bin.
     """
 
     edges: Floats
@@ -52,7 +52,7 @@ def _count(values, low, per_unit, counts):  # type: ignore[no-untyped-def]
 class Histogram:
     """Counts in bins of equal width between the first and the last of ``edges``, for m groups of trajectories.
 
-    Groups are independent, so that the errors of the density need no correlation time.
+    Groups are independent, so that the density's errors need no correlation time.
     """
 
     def __init__(self, edges: Floats, groups: int) -> None:

@@ -1,4 +1,4 @@
-"""Hops between unlike wells, counted; and what a mean is worth before they have made the start forgotten.
+"""Hops between unlike wells, counted; and the worth of a mean before they have made the start forgotten.
 
 Trajectories begin in each of the wells in turn.  Let E_i[f] be the mean of f at some time over
 those that began in well i, after all but hops is forgotten, and p_i the share of well i in the

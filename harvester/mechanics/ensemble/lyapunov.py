@@ -1,7 +1,7 @@
 """Top Lyapunov exponent by Monte Carlo: trajectories of the linearised equations, scaled back to size one.
 
 Near rest and without external noise Eq. 2 is homogeneous of degree one in (x, x', V), impacts
-included, so that a trajectory may be scaled at any time without changing what it does next:
+included, so that a trajectory may be scaled at any time without changing its course:
 
     lambda = lim ln |(x, x', V)| / t = (sum of the logs of the scales) / time
 
@@ -42,7 +42,7 @@ def grow(b, logs, pushes, rounds, draws, coarse, h, c):  # type: ignore[no-untyp
     """Advance a batch and rescale it after each of ``rounds``; add the logs of the scales to ``logs``.
 
     b, h and c are as of `harvester.mechanics.kernels.trajectory_batch.advance`.  ``pushes``, shape
-    (3, BATCH), gets sums of mean zero: of g |x| sqrt(2 N2 h) xi over the square of the size, for g
+    (3, BATCH), gets sums of mean zero, of g |x| sqrt(2 N2 h) xi over the square of the size, for g
     = x', which kicks add to the logs to first order, and g = x and V.  A round has ``draws`` of two
     random variates, for two steps each or, if these are ``coarse``, for one.
     """
@@ -81,7 +81,7 @@ def grow(b, logs, pushes, rounds, draws, coarse, h, c):  # type: ignore[no-untyp
 
 @forced
 def _square(s, c):  # type: ignore[no-untyped-def]
-    """The square of the size: of (x, x', V), or of (x, x') if the voltage does not act through a load."""
+    """The square of the size, of (x, x', V), or of (x, x') if the voltage does not act through a load."""
     square = s.x * s.x + s.v * s.v
     if c.mu is not None:
         square += s.V * s.V
@@ -128,7 +128,7 @@ def exponent(
     play no part.  The burn-in is `memory`, at most `LONGEST`.  ``progress`` is called with the fraction done.
 
     Raises SimulationError if a trajectory stops dead (restitution 0 and no voltage that pushes the
-    mass off), or would take too long.
+    mass off), or would last too long.
     """
     if h is None:
         h = STEP / (math.sqrt(1.0 + (eqs.beta or 0.0)) + math.cbrt(eqs.n2 or 0.0))
@@ -136,7 +136,7 @@ def exponent(
     needed = 1.5 * (burn_in + duration) / h * trajectories
     if needed > MOST_STEPS:
         raise SimulationError(
-            f"the exponent would take {needed:.1e} trajectory-steps of {h:.2g}/w0, the coupling or the noise is so "
+            f"the exponent would need {needed:.1e} trajectory-steps of {h:.2g}/w0, the coupling or the noise is so "
             "strong: give fewer `trajectories`"
         )
     done = (lambda fraction: None) if progress is None else progress
@@ -168,7 +168,7 @@ def _run(
     coarse: bool,
     progress: Callable[[float], None],
 ) -> tuple[Floats, Floats, int]:
-    """One sample of lambda a trajectory, sums of mean zero beside it, shape (n, 3), and trajectory-steps.
+    """One sample of lambda per trajectory, sums of mean zero next to it, shape (n, 3), and trajectory-steps.
 
     ``coarse`` makes one step of 2 h of two of h.
     """

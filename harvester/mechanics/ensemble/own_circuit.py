@@ -1,4 +1,4 @@
-"""What a circuit of a room above brings along, so that trajectories advance with it: kernels of its own."""
+"""The contribution of a circuit of a higher layer, with which trajectories advance: kernels of its own."""
 
 from typing import Protocol
 

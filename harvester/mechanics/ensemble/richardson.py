@@ -1,4 +1,4 @@
-"""The time-step bias, measured: trajectories beside others of twice the step, on the same noise.
+"""The time-step bias, measured: trajectories paired with others of twice the step, on the same noise.
 
 Near a stop of strong impacts, whose bias falls slowly with the step, there are others of four
 times the step as well.
@@ -34,7 +34,7 @@ def compile_pair(trajectories: Trajectories, budget: float | None = None) -> Non
 
     Kernels that this process has compiled once are not compiled again.
 
-    Raises SimulationError, before anything is computed, if the shortest burn-in would go beyond
+    Raises SimulationError, before anything is computed, if the shortest burn-in would exceed
     the ``budget``.
     """
     check_cost(trajectories, FIRST_WINDOW, budget, time.perf_counter())
@@ -58,7 +58,7 @@ def is_compiled(trajectories: Trajectories) -> bool:
 
 
 def _kind(trajectories: Trajectories) -> object:
-    """Which numbers their kernels take; None for kernels of a circuit's or several modes' own."""
+    """The numbers for their kernels; None for kernels of a circuit's or several modes' own."""
     eqs = trajectories.eqs
     if trajectories.loaded.numbers is None:
         return None
@@ -80,19 +80,20 @@ class RichardsonPair:
 
     Both are on the same noise (`harvester.uncertainty.richardson`).  Trajectories that have not run yet are burnt in
     first, within ``budget`` seconds.  ``burn_in`` and ``duration`` are the nondimensional times before and of the
-    averages, ``seconds_a_unit`` what a unit of time took in the last `extend`.
+    averages, ``seconds_a_unit`` the cost of a unit of time in the last `extend`.
 
     Trajectories that share a record of tabulated noise have soon seen all of it, and are one entry
     together: to continue, others begin on other records.
 
-    A ``twin`` is a pair with a circuit of ideal elements in the place of a compiled one, at the same step: it tells the
-    bias for a thousandth of the time.  Both circuits meet the mass in the same way, once a step, and the compiled one
-    takes parts of a step as short as its own error asks for, whatever the step is.
+    A ``twin`` is a pair with a circuit of ideal elements in the place of a compiled one, at the
+    same step: it has the bias for a thousandth of the time.  Both circuits meet the mass in the
+    same way, once a step, and the compiled one takes parts of a step as short as its own error asks
+    for, whatever the step is.
 
     Trajectories with a circuit's own kernel, whose steps are dear, begin at other steps in states
     of these, and not from rest.  If the order holds their means are extrapolated to a step of 0
     (`extrapolates`): to begin anew at half of the step needs longer than the sampling error that
-    this adds.  What it may leave of the bias is stated.
+    this adds.  The remaining bias is stated.
     """
 
     def __init__(
@@ -251,11 +252,11 @@ class RichardsonPair:
         )
 
     def mean(self, name: str) -> tuple[float, float]:
-        """Mean of one moment at the step h, or of 0, and its standard error."""
+        """Mean of one moment at the step h, or 0, and its standard error."""
         return mean_and_error(self.entries(name))
 
     def entries(self, name: str) -> Floats:
-        """One moment at the step h, or of 0, one entry a trajectory or record, less what the controls explain of it."""
+        """One moment at the step h, or of 0, one entry a trajectory or record, less the explained part."""
         if ("mean", name) not in self._known:
             if self.extrapolates:
                 self._known["mean", name] = extrapolated(*self._at_all_steps(name))
@@ -266,7 +267,7 @@ class RichardsonPair:
         return np.asarray(self._known["mean", name])
 
     def bias(self, name: str) -> tuple[float, float]:
-        """Bias of one moment's mean, and its standard error: at the step h, or what extrapolation may leave of it.
+        """Bias of one moment's mean, and its standard error: at the step h, or the remainder after extrapolation.
 
         If twice the step is unstable nothing is known of it: the mean itself.
         """
@@ -317,7 +318,7 @@ class RichardsonPair:
         )
 
     def _at_all_steps(self, name: str) -> tuple[list[Floats], float, Floats | None, int]:
-        """What `step_bias` takes: a moment at all steps, the order, and the controls of all steps side by side."""
+        """Arguments of `step_bias`: a moment at all steps, the order, and the controls of all steps side by side."""
         controls = [
             moments.controls for moments in self._moments_of_all if moments.controls is not None
         ]

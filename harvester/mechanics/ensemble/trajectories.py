@@ -1,4 +1,4 @@
-"""Many trajectories side by side, and the means of what they do.
+"""Many trajectories side by side, and their means.
 
 One compiled kernel advances a batch of `BATCH` trajectories in a thread of its own.  Every
 trajectory gives one independent time average, so that standard errors need no correlation time; of
@@ -108,7 +108,7 @@ class Trajectories:
     ) -> None:
         check_bounded(eqs, driven=circuit is not None)
         if circuit is not None and eqs.mu is not None:
-            raise invalid("mu beside a load circuit", "be None", eqs.mu)
+            raise invalid("mu with a load circuit", "be None", eqs.mu)
         if h is not None and not SHORTEST <= h <= LONGEST:
             raise invalid(
                 "`dt`", f"be between {SHORTEST:g} and {LONGEST:g} times 1/w0", f"{h:.3g}/w0"
@@ -136,10 +136,10 @@ class Trajectories:
         self.restart(STEP / typical_frequency(eqs, float(np.max(resting**2))) if h is None else h)
 
     def restart(self, h: float) -> None:
-        """Begin again with a step of h, or the next shorter one of which a period takes whole multiples.
+        """Begin again with a step of h, or the next shorter one of which a period has whole multiples.
 
         Raises SimulationError for a shaking so fast that its steps are below `SHORTEST`, or so slow
-        that a period takes more than `MOST_OF_A_PERIOD`.
+        that a period has more than `MOST_OF_A_PERIOD`.
         """
         repeat = self.eqs.shaking_period
         self.h = h = whole_steps(h, repeat)
@@ -278,7 +278,7 @@ class Trajectories:
         return other
 
     def continued(self, eqs: Equations, h: float) -> "Trajectories":
-        """Trajectories that go on from the present states under a drive of another frequency, at a step up to h."""
+        """Trajectories that continue from the present states under a drive of another frequency, at a step up to h."""
         now = self.state.copy(), self.filter.copy(), self.words.copy()
         return Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *self._kind, now)
 
@@ -332,7 +332,7 @@ def each(block: Callable[[int], None], blocks: int, steps: int, given_up: thread
 
 
 def _has_controls(eqs: Equations) -> bool:
-    """Whether sums of mean zero are known: of new noise, but of several modes of white noise only."""
+    """Whether sums of mean zero are known: for new noise, but of several modes of white noise only."""
     return eqs.has_new_noise and (eqs.modes is None or eqs.coloured is None)
 
 
@@ -345,6 +345,6 @@ def _check_period(h: float, repeat: float) -> None:
         )
     if repeat > MOST_OF_A_PERIOD * h:
         raise SimulationError(
-            f"{period}, which would take {repeat / h:.1e} steps of {h:.2g}/w0: too slow for the response, "
+            f"{period}, which would need {repeat / h:.1e} steps of {h:.2g}/w0: too slow for the response, "
             "which follows it as at rest; give a longer `dt`, or a shorter record"
         )

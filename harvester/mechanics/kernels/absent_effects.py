@@ -1,8 +1,8 @@
 """Effects that are absent cost nothing, nor do questions whether one is there: a pass of the compiler.
 
-numba leaves out a branch such as ``if alpha is not None`` where the argument alpha is None.  Of a
+numba leaves out a branch such as ``if alpha is not None`` if the argument alpha is None.  For a
 field of an argument, as in ``if c.alpha is not None``, it does not know that before it has found
-the types, and fails in the branch that adds a number to None; and what stands in the other branch,
+the types, and fails in the branch that adds a number to None; and the code in the other branch,
 of an effect that is there, it compiles for nothing.  This pass, which runs before branches are left
 out, writes None in the place of each field whose type reports it, and the answer in the place of
 each question whether an argument, or a field of one, is None.
@@ -18,7 +18,7 @@ QUESTIONS = {operator.is_: True, operator.is_not: False}  # what each says of No
 
 @compiler_machinery.register_pass(mutates_CFG=False, analysis_only=False)
 class AbsentEffects(compiler_machinery.FunctionPass):
-    """Replace ``c.name`` by None, and ``c.name is None`` by True or False, as the type of the argument c says."""
+    """Replace ``c.name`` by None, and ``c.name is None`` by True or False, by the type of the argument c."""
 
     _name = "absent_effects"
 
@@ -43,7 +43,7 @@ class AbsentEffects(compiler_machinery.FunctionPass):
 
 
 def _answer(state: Any, value: Any) -> tuple[bool | None] | None:
-    """What an expression is for sure, in a tuple; None if it is not known."""
+    """The certain value of an expression, in a tuple; None if it is not known."""
     if value.op == "getattr" and isinstance(_kind(state, value), types.NoneType):
         return (None,)
     if value.op == "binop" and value.fn in QUESTIONS:

@@ -7,7 +7,7 @@ energy of the mass and W = |E| + beta V^2/2,
     boundary     h = U^2 sqrt W, U, W, U^2, sqrt W, |V| U, x v, x V, V^2
 
 in the order of their worth, as measured on a bridge with and without a stop and on a parallel SSHI:
-a fit to few entries takes the first.
+a fit to few entries uses the first.
 """
 
 import numpy as np

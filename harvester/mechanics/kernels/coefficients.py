@@ -1,4 +1,4 @@
-"""What every kernel takes: a trajectory's state, the coefficients of its equations, and what its stops did.
+"""The arguments of every kernel: a trajectory's state, the coefficients of its equations, and the results of its stops.
 
 A field that is None is an effect that is absent: kernels are compiled without it
 (`harvester.mechanics.kernels.absent_effects`).
@@ -21,8 +21,8 @@ class Coefficients(NamedTuple):
     """The coefficients of Eq. 2, by the names of `Equations`, and its stops, by names of one letter.
 
     The lower stop is rigid with the restitution ``r``, or compliant with stiffness ``k`` and damping ``c``; the upper
-    one is rigid with ``r_high``, at x = ``high``.  Where the lower one is rigid, at rest and alone, ``gap`` is None;
-    else it is at x = -gap, and the pulls are the spring's accelerations at both.
+    one is rigid with ``r_high``, at x = ``high``.  If the lower one is rigid, at rest and alone,
+    ``gap`` is None; else it is at x = -gap, and the pulls are the spring's accelerations at both.
     """
 
     mu: float | None = None
@@ -51,7 +51,7 @@ class Coefficients(NamedTuple):
 
 
 class Impacts(NamedTuple):
-    """What stops did in a drift: the time of the first impact, the speed just before it, their number and energy.
+    """The results of stops in a drift: the time of the first impact, the speed just before it, their number and energy.
 
     The speed is negative at the upper stop.
     """
@@ -63,7 +63,7 @@ class Impacts(NamedTuple):
 
 
 def coefficients(eqs: Equations) -> Coefficients:
-    """The coefficients of equations, as kernels of one mode take them.
+    """The coefficients of equations, for kernels of one mode.
 
     Raises CannotServeError for further modes or a magnifier, whose kernels are in
     `harvester.mechanics.modes`.

@@ -2,7 +2,7 @@
 
 numba's own cache looks only at the path and the time of the file of the function that it stores;
 here a kernel is made of functions from several files, so the cache folder is named by a hash of
-what stands in all of them.  A compiled function can also be built again from its source,
+the code in all of them.  A compiled function can also be built again from its source,
 interpreted or compiled to exactly the same arithmetic.
 """
 
@@ -57,7 +57,7 @@ class Compiler(vector_width.Chosen):
     library: Any = part_libraries.KernelLibrary
 
     def define_pipelines(self) -> list[Any]:
-        """The passes, and where they put the code."""
+        """The passes, and the place of their code."""
         if self.state.library is None:
             self.state.library = self.library(
                 self.state.targetctx.codegen(), self.state.func_id.func_qualname
@@ -82,7 +82,7 @@ PART: dict[str, Any] = {
 
 @cache
 def compiled_sources() -> tuple[Path, ...]:
-    """The files of this package that machine code is made of: kernels and what they take, and how it is compiled."""
+    """The files of this package that machine code is made of: kernels and their arguments, and the compilation."""
     package = Path(__file__).parents[2]
     rooms = ("mechanics", "circuits", "cosimulation")
     files = sorted(file for room in rooms for file in package.glob(f"{room}/**/*.py"))
@@ -137,14 +137,14 @@ def own_cache(function: Callable[..., Any]) -> Iterator[bool]:
 
 @dataclass
 class Compilation:
-    """Seconds that the first call of a kernel took: long once for each set of effects, then read from the cache."""
+    """Seconds that the first call of a kernel lasted: long once for each set of effects, then read from the cache."""
 
     seconds: float = 0.0
 
 
 @contextmanager
 def compilation() -> Iterator[Compilation]:
-    """Time the first call of a kernel; on a terminal, say what is going on if it takes long."""
+    """Time the first call of a kernel; on a terminal, name the work if it lasts long."""
     took = Compilation()
     begin = time.perf_counter()
     notice = threading.Timer(0.5, _print_notice)
@@ -166,13 +166,13 @@ def _print_notice() -> None:
 
 
 class _Part(CPUDispatcher):
-    """A function compiled into kernels only: without what Python and C would need to call it, a quarter of the time.
+    """A function compiled into kernels only: without the wrappers for calls from Python and C, a quarter of the time.
 
-    A call from Python, as of a test, goes to a compilation of its own.
+    A call from Python, as of a test, uses a compilation of its own.
     """
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        """What the function gives."""
+        """The function's result."""
         return _alone(self)(*arguments, **named)
 
 

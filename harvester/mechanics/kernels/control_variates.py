@@ -4,14 +4,14 @@ With the generator L of the motion and any phi(x, x', V), Ito's formula gives ov
 
     phi(end) - phi(begin) = integral of L phi dt + integral of sqrt(2 N) dphi/dv dW
 
-so that with L phi = E[f] - f the error of a time average of f is spanned by sums of two kinds, both
+so that with L phi = E[f] - f the error of f's time average is spanned by sums of two kinds, both
 of mean zero:
 
     martingale   sum over kicks of g sqrt(N) xi, with g of the states before the noise xi   (`add_martingales`)
     boundary     h(end) - h(begin) of a stationary path                                     (`boundary`)
 
 The former have mean zero at every step, with impacts and every spring, for xi is independent of
-what came before. (Assaraf and Caffarel, Phys. Rev. Lett. 83, 4682, 1999; Henderson and Glynn, Math.
+the past. (Assaraf and Caffarel, Phys. Rev. Lett. 83, 4682, 1999; Henderson and Glynn, Math.
 Oper. Res. 27, 253, 2002.)
 """
 
@@ -47,7 +47,7 @@ def add_martingales(i, before, sums, controls, c):
 
     before: states x, v, V ahead of both, shape (3, BATCH).  sums: over both of v sqrt(N) xi, with the v just
     before each kick, and of sqrt(N) xi, shape (2, BATCH).  g is v {1, sqrt E, E, E^2, x, V} and {x, sqrt E, V}: a
-    kick's own v, because the stop turns it round, and what varies less but once for both.
+    kick's own v, because the stop turns it round, and the factors that vary less but once for both.
     """
     x = before[0, i]
     V = before[2, i]

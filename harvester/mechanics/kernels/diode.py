@@ -1,6 +1,6 @@
 """The charge that a diode lets through under a voltage of constant slope, in closed form, for loops over lanes.
 
-Shockley's ideal diode passes leak (exp(w/n) - 1) at a voltage w.  Where the voltage would go from
+Shockley's ideal diode passes leak (exp(w/n) - 1) at a voltage w.  If the voltage would change from
 w0 to w1 on its own in a time t, and a charge q through the diode lowers it by (1 + g) q, the
 equation is one of Bernoulli's:
 

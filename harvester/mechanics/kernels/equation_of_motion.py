@@ -19,15 +19,15 @@ with ``gamma`` the coupling is g = 1 + gamma x^2: V' + mu V = g x', and the forc
 
 One drift of length h between two kicks makes a step; read half-way through a drift, the
 composition is symmetric and of second order.  During a drift the mass moves at constant
-speed, so it meets the stop at most once and never leaves x >= 0, whatever h and r.  Where no
+speed, so it meets the stop at most once and never leaves x >= 0, whatever h and r.  If no
 noise keeps it from resting on the stop, it may stick there (`drift_at_stop`).
 
 ``s`` is the state, ``c`` the coefficients (`harvester.mechanics.kernels.coefficients`), ``d`` the
-drift (`harvester.mechanics.kernels.intervals`).  What is None is an effect that the scene does not
-have: numba compiles a version without it.  Called without numba (``.py_func``) the same lines are
-the readable reference.
+drift (`harvester.mechanics.kernels.intervals`).  An effect that is None is one that the scene does
+not have: numba compiles a version without it.  Called without numba (``.py_func``) the same lines
+are the readable reference.
 
-Long because a step's parts stand together.
+Long because a step's parts belong together.
 """
 
 import math
@@ -45,7 +45,7 @@ def decayed(z):
 
     Taylor series of q = 1 - exp(-z/16) in pairs of terms that do not wait for each other, then
     q <- q (2 - q) four times, which keeps the relative precision of a small z; beyond z = 32 the
-    value stays what it is there.
+    value stays the same.
     """
     u = min(z, 32.0) * (1.0 / 16.0)
     u2 = u * u
@@ -66,10 +66,10 @@ def drift(s, d, mu, r, gamma=None):
     With e = exp(-mu h) and g = (1 - e)/mu (`harvester.mechanics.kernels.intervals`) the voltage is
 
         V(h) = e V + g v                                   no impact
-        V(h) = e V + v [g - (1 + r) (1 - exp(-mu a))/mu]   impact with a time a still to go
+        V(h) = e V + v [g - (1 + r) (1 - exp(-mu a))/mu]   impact with a time a left
 
-    and without a load (mu None) V - x is conserved.  A ``line`` stands for (1 - exp(-mu a))/mu without a division.
-    Returns the state, and the speed of the impact or 0.  With ``gamma`` there is no stop.
+    and without a load (mu None) V - x is conserved.  A ``line`` is (1 - exp(-mu a))/mu without a
+    division. Returns the state, and the speed of the impact or 0.  With ``gamma`` there is no stop.
     """
     if d.weight is not None:
         return drift_by_ngspice_rule(s, d.t, mu, r, d.weight)
@@ -123,7 +123,8 @@ def carried(V, way, t, mu):
 def push(x, V, c, pull=None, a=None):
     """Acceleration pull + a - beta (V - x) that a mass will have when it meets the stop, a distance x away.
 
-    ``pull`` is the spring's there, None at rest, ``a`` the excitation's.  0 with white noise, beside which it is small.
+    ``pull`` is the spring's there, None at rest, ``a`` the excitation's.  0 with white noise: it is
+    small.
     """
     total = 0.0
     if c.n1 is None:
@@ -153,10 +154,10 @@ def drift_at_stop(s, d, c, r, pull=None, shaking=None):
     """Drift a mass that may come to rest on a stop at x = 0, of restitution r: the state, and the impact's speed or 0.
 
     A voltage V > 0 presses the mass on the stop with the acceleration beta V: it is back ever sooner,
-    infinitely often in a finite time (chatter), and then sticks.  Where no external noise keeps it
+    infinitely often in a finite time (chatter), and then sticks.  If no external noise keeps it
     moving, an impact therefore has the speed of the accelerated motion (`meeting`), for between kicks and
     straight lines small bounces would live for ever; and after an impact whose next flight is shorter than a step
-    the mass sticks: x = x' = 0 (for r = 1, which loses nothing, it goes on bouncing).
+    the mass sticks: x = x' = 0 (for r = 1, which loses nothing, it continues to bounce).
     `harvester.mechanics.kernels.offset_stops.kick_at_stops` frees it.
 
     Without a stop, with external noise, without a force at the stop, or by ngspice's rule, this is
@@ -244,7 +245,7 @@ def spring(x, c):
 
 @inlined
 def withheld(x, c):
-    """The part of white noise's power N(x) that a mass 1 + inertia x^2 does not take up."""
+    """The part of white noise's power N(x) that a mass 1 + inertia x^2 does not absorb."""
     if c.inertia is None or (c.n1 is None and c.n2 is None):
         return 0.0
     return intensity(x, c) * (1.0 - 1.0 / (1.0 + c.inertia * x * x))
@@ -283,8 +284,9 @@ def kick(s, xi, h, c, a=None, other=None):
 
     v' = -f v + F has the solution v exp(-y) + h F (1 - exp(-y))/y with y = f h.  exp(-y) is
     replaced by 1/(1 + y + y^2/2): correct to the order of the splitting, positive for every
-    y, and going to 0 with stiff damping, so that no step makes it unstable.  Quadratic damping takes the mean of the
-    speeds before and after, the latter found with the one before: second order again.
+    y, and tending to 0 with stiff damping, so that no step makes it unstable.  Quadratic damping uses
+    the mean of the speeds before and after, the latter found with the one before: second order
+    again.
     """
     force = spring(s.x, c)
     if c.beta is not None:

@@ -1,6 +1,6 @@
 """The acceleration of one path under shaking that is not a white noise, kick by kick.
 
-The filters are those of `harvester.mechanics.kernels.shaking`, whose trajectories go side by side.
+The filters are those of `harvester.mechanics.kernels.shaking`, whose trajectories run side by side.
 """
 
 import math
@@ -28,10 +28,10 @@ def _filter_path(xi, p, q, f, out):
 
 
 def filtered(eqs: Equations, h: float, steps: int, rng: np.random.Generator) -> Floats:
-    """States (p, q) of the filter of coloured noise at the times 0, h, ..., steps h, and what is new in p's next step.
+    """States (p, q) of the filter of coloured noise at the times 0, h, ..., steps h, and the new part of p's next step.
 
     Shape (3, steps + 1); the first row is the `forcing` of the same ``rng``, but for a sinusoid
-    beside it.
+    with it.
     """
     return _filtered(filter_start(eqs, h, 1, rng)[:2, 0], eqs, h, steps, rng)
 
@@ -51,7 +51,7 @@ def _filtered(
 def coarse_forcing(
     eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None
 ) -> Floats | None:
-    """The `forcing` at steps of h of that which goes in steps of h/2: of the coarse member of a Richardson pair."""
+    """The `forcing` at steps of h of the one in steps of h/2: for the coarse member of a Richardson pair."""
     gain = 1.0 if eqs.coloured is None else filter_of(eqs, h, coarse=True).gain or 1.0
     fine = forcing(eqs, 0.5 * h, 2 * steps, rng, gain)
     return None if fine is None else np.ascontiguousarray(fine[::2])
@@ -69,7 +69,7 @@ def forcing(
     """
     if eqs.coloured is not None or eqs.density is not None:
         if rng is None:
-            raise invalid("forcing", "be given where coloured noise shakes the mass", None)
+            raise invalid("forcing", "be given if coloured noise shakes the mass", None)
         if eqs.density is not None:
             return drawn_record(eqs, h, rng).at(h * np.arange(steps + 1, dtype=np.float64), h)
         start = filter_start(eqs, h, 1, rng)[:, 0]

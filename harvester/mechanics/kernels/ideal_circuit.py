@@ -8,7 +8,7 @@ are in units of theta l/Cp, currents of theta l w0.
     doubler      i through one diode:  V = U + w;  another one holds V > -w
     open         the piezo is open between switchings
 
-The diodes are Shockley's (`harvester.mechanics.kernels.diode`); of the load it takes that i is
+The diodes are Shockley's (`harvester.mechanics.kernels.diode`); the load is treated as if i were
 uniform over a drift, which is exact to second order, and for every mu and h in the limits of a slow
 and of a fast U.
 
@@ -18,7 +18,7 @@ discharged while it is above the switch's threshold:
 
     parallel SSHI   V - Vs -> -q (V - Vs) through the coil
     series SSHI     V - U - 3 Vs -> -q (V - U - 3 Vs) through coil and bridge; the charge enters the capacitor
-    SECE            V -> rest; what the coil then holds goes into the capacitor, less the losses of wire, core and diode
+    SECE            V -> rest; the coil's energy then flows into the capacitor, less the losses of wire, core and diode
 
 with Vs the drop of a diode at half of the coil's peak current.
 """
@@ -40,7 +40,7 @@ class SwitchedCoil(NamedTuple):
 
 
 class Flyback(NamedTuple):
-    """A coil that takes the piezo's energy and gives it to the load.
+    """A coil that draws the piezo's energy and gives it to the load.
 
     ``damping`` ratio of the coil with Cp, ``peak`` as in `SwitchedCoil`, ``rest`` the voltage left,
     ``wire`` the wire's resistance times Cp w0, ``core`` the core's conductance over Cp w0.
@@ -54,12 +54,12 @@ class Flyback(NamedTuple):
 
 
 class IdealCircuit(NamedTuple):
-    """A load circuit in nondimensional numbers, None for what it does not have.
+    """A load circuit in nondimensional numbers, None for a part that it lacks.
 
-    mu = 1/(R Cp w0), kappa = C/Cp; n = N k T/e of one diode over theta l/Cp, leak its saturation current and loss what
-    all reverse currents take from U, over theta l w0; hysteresis over theta l/Cp.  ``bridge`` or ``doubler``: the
-    diodes between piezo and capacitor; one of ``parallel``, ``series`` and ``sece`` with ``hysteresis``: the switched
-    coil.
+    mu = 1/(R Cp w0), kappa = C/Cp; n = N k T/e of one diode over theta l/Cp, leak its saturation
+    current and loss that all reverse currents draw from U, over theta l w0; hysteresis over theta
+    l/Cp.  ``bridge`` or ``doubler``: the diodes between piezo and capacitor; one of ``parallel``,
+    ``series`` and ``sece`` with ``hysteresis``: the switched coil.
     """
 
     mu: float
@@ -81,7 +81,7 @@ class IdealCircuit(NamedTuple):
 
 
 class Store(NamedTuple):
-    """What a circuit holds: the voltage U of its capacitor, and the place m that its switch follows x to."""
+    """The state of a circuit: the voltage U of its capacitor, and the place m that its switch follows x to."""
 
     U: float
     m: float
@@ -123,7 +123,7 @@ def drop(i, n, leak):
 
 @inlined
 def flown_back(w, U, coil, kappa, n, leak):
-    """The voltage of the piezo, and U, after the coil has taken the piezo's energy and handed it on.
+    """The voltage of the piezo, and U, after the coil has drawn the piezo's energy and handed it on.
 
     The piezo's voltage less two drops swings from a to b, in the phase arccos(b/a) of a damped oscillation.  The coil's
     energy E = L i^2/2 then meets the voltage u = U + drop, so that the share 2 (y - ln(1 + y))/y^2 passes the wire,
@@ -192,8 +192,9 @@ def until_switched(x, v, V, store, t, circuit):
 def until_last_event(s, store, d, c, circuit, a):
     """Drift, with the circuit advanced to the last impact or switching only: (state, store, leg, impacts).
 
-    The mass flies as `harvester.mechanics.kernels.offset_stops.move` says, between kicks and impacts at a constant
-    speed.  Of the state x and v are those at the end; V and the store go on along the ``leg`` (`conducted`).
+    The mass flies as in `harvester.mechanics.kernels.offset_stops.move`, between kicks and impacts
+    at a constant speed.  In the state x and v are those at the end; V and the store continue along
+    the ``leg`` (`conducted`).
     """
     s1, impacts = move(s, d, c, a)
     wall = s.x
@@ -212,7 +213,7 @@ def until_last_event(s, store, d, c, circuit, a):
 def followed(x, wall, first, w, t, V, store, circuit):
     """The circuit up to the last event of a drift of a length t: (V, store, leg).
 
-    What drives it goes from x to the ``wall`` in the time ``first``, 0 without an impact, and on at
+    The charge goes from x to the ``wall`` in the time ``first``, 0 without an impact, and on at
     the speed w.
     """
     if first > 0.0:

@@ -1,4 +1,4 @@
-"""What a drift of a given length does to the voltage: numbers made once a run, which every step of it uses.
+"""The effect of a drift of a given length on the voltage: numbers made once a run, which every step of it uses.
 
 The voltage at the end of a drift without an impact is e V + g v, with e = exp(-mu t) and g = (1 -
 e)/mu.
@@ -8,7 +8,7 @@ multiple of
 
     v P(a),   P(a) = (1 - exp(-mu a))/mu        (`harvester.mechanics.kernels.equation_of_motion.drift`)
 
-where a = x1/v takes a division, as slow as ten other operations, and P a series.  Where white noise
+with a = x1/v, a division as slow as ten other operations, and a series P.  If white noise
 moves the mass, all places of an impact in a step are equally likely, and the straight line that is
 nearest to P over them by least squares,
 
@@ -78,7 +78,7 @@ def interval(h, t, mu, line=None, weight=None):
 def update_of(eqs: Equations, h: float, ngspice_rule: bool = False) -> Update:
     """How an ensemble carries the voltage along: by ngspice's rule, or exact, in the mean if that is enough.
 
-    It is exact at each impact where no white noise moves the mass, between two stops, and where the
+    It is exact at each impact if no white noise moves the mass, between two stops, and where the
     load or the back-coupling is too fast for the step (`SLOW`, `HEAT`).
     """
     if ngspice_rule and eqs.mu is not None:

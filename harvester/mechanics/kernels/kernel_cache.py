@@ -1,9 +1,9 @@
 """Files of machine code that several processes read and write at once, one file for each set of argument types.
 
 A file begins with the checksum of its name and of the rest: one that was cut off, altered or
-exchanged, as by a crash or a worn disk, counts as absent, for what is in it is run.  Of several
+exchanged, as by a crash or a worn disk, counts as absent, for its contents are run.  Among several
 processes that lack the same machine code, one locks its turn and compiles, and the others wait for
-what it keeps.  Where nothing can be kept, as on a full disk, kernels are compiled in each process.
+its entries.  If nothing can be kept, as on a full disk, kernels are compiled in each process.
 """
 
 import contextlib
@@ -45,14 +45,14 @@ class KeptFiles(numba_caching.IndexDataCacheFile):
         return code
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep the machine code of a key where the disk takes it, and give its turn away."""
+        """Keep the machine code of a key if the disk accepts it, and give its turn away."""
         path, content = self._file(key), self._dump(data)
         with contextlib.suppress(InputError):
             files.write(path, [_checksum(path, content), content])
         unlock(self._turns.pop(path, None))
 
     def _file(self, key: Any) -> Path:
-        """The file of a key, which has the function's source and numba's version in its name too."""
+        """The file of a key, which has the function's source and also numba's version in its name."""
         name = _digest((self._version, self._source_stamp, key))
         return Path(self._index_path).with_suffix(f".{name}.nbc")
 
@@ -67,7 +67,7 @@ def _checksum(path: Path, content: bytes) -> bytes:
 
 
 def _read(path: Path) -> Any:
-    """What a file holds; None if it is missing or is not what was written."""
+    """The contents of a file; None if it is missing or damaged."""
     with contextlib.suppress(InputError):
         data = files.read(path, "cache", MOST)
         if _checksum(path, data[CHECKSUM:]) == data[:CHECKSUM]:

@@ -52,11 +52,11 @@ class Moments:
         return mean_and_error(getattr(self, name))
 
     def controlled(self, name: str, together: int = 1) -> Floats:
-        """One moment's entries, less what their controls explain of them (`harvester.uncertainty.control_variate`).
+        """One moment's entries, less the part that their controls explain (`harvester.uncertainty.control_variate`).
 
         ``together`` consecutive ones come as their mean.
 
-        Of stationary trajectories only: a control that is the change of a state has a mean of zero
+        Only for stationary trajectories: a control that is the change of a state has a mean of zero
         there.
         """
         return controlled_entries(getattr(self, name), self.controls, together)
@@ -96,7 +96,8 @@ class Moments:
     def balance(self, eqs: Equations) -> Floats:
         """Power in minus power out, over power in, entry by entry: zero within the errors.
 
-        N1 + N2 E[x^2] + 2 N12 E[x] + E[a x'] = E[f x'^2] + beta mu E[V^2] + what the stops took
+        N1 + N2 E[x^2] + 2 N12 E[x] + E[a x'] = E[f x'^2] + beta mu E[V^2] + the power lost in the
+        stops
         """
         mass = 1.0 if eqs.modes is None else eqs.modes.shaken_mass
         power_in = (
@@ -133,7 +134,7 @@ def from_sums(
 ) -> Moments:
     """Moments of each trajectory, from its sums over ``samples`` in the time ``elapsed``.
 
-    ``sums`` has the shape (blocks, rows, BATCH), the rows those of `IDEAL_SUMS`; of a resistance,
+    ``sums`` has the shape (blocks, rows, BATCH), the rows those of `IDEAL_SUMS`; for a resistance,
     whose sums lack the last one, the power is mu V^2.  ``loss`` is the unit of the impacts' losses.
     All of these are numbers, or have one entry a trajectory, shape (blocks BATCH,).
     """
@@ -168,7 +169,7 @@ def check_stationary(samples: Floats) -> None:
     if late > GROWN * early:
         raise UnboundedResponseError(
             f"the response grows without bound: its energy grew {grown:.1e} times from the "
-            "first to the last third of a run; look for what feeds it: a negative damping, or in the netlist a "
+            "first to the last third of a run; look for its source: a negative damping, or in the netlist a "
             "negative capacitor or resistor, or a controlled source"
         )
 

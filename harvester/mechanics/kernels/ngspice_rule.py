@@ -5,7 +5,7 @@
 for a step of length t at constant velocity.  The weight w makes that exact for a whole drift, not for the parts before
 and after an impact, nor for the halves of a drift in which ngspice lands on a sample.  The difference is one part in a
 million, but it moves a grazing impact now and then to the other side of a kick, and the paths part.  By the same rule
-they agree to rounding, and ngspice's mean needs few runs beside a long ensemble
+they agree to rounding, and ngspice's mean needs few runs paired with a long ensemble
 (`harvester.uncertainty.control_variate`).
 """
 
@@ -19,7 +19,7 @@ def rule_weight(z: float) -> float:
     """The weight w of a step's beginning, ngspice's xmu: 1/z - 1/(exp(z) - 1) for a drift of z = mu h.
 
     It is 1/2, the trapezoidal rule, for a short step and goes to 0, backward Euler, for a long one,
-    where the trapezoidal rule would ring.
+    in cases in which the trapezoidal rule would ring.
     """
     if z < 1e-3:
         return 0.5 - z / 12.0

@@ -90,7 +90,7 @@ def draw_noise(noise, s0, s1, doublings):
     """Draw the `variates` of all lanes: into noise, shape (2, lanes).
 
     Steps that are doubled once have a draw each, and those doubled twice have two, whose sum they
-    take.
+    need.
     """
     for i in range(noise.shape[1]):
         bits, s0[i], s1[i] = shuffle(s0[i], s1[i])
@@ -129,7 +129,7 @@ def fill_three_point(noise, s0, s1):
 
 
 def coarsened(noise: Floats) -> Floats:
-    """The noise of steps of twice the length on the same path, shape (2 n,) -> (n,), as `draw_noise` makes it."""
+    """The same path's noise for steps of twice the length, shape (2 n,) -> (n,), as `draw_noise` makes it."""
     return np.asarray((noise[::2] + noise[1::2]) * HALF_ROOT)
 
 

@@ -5,10 +5,10 @@
     compliant   x'' = ... - k y - c y'     while y = x + gap < 0
 
 `move` is the drift of a step (`harvester.mechanics.kernels.equation_of_motion`) whatever the stops:
-x' = v and V' = v - mu V in closed form, with as many impacts as it takes, or with the part of a
+x' = v and V' = v - mu V in closed form, with as many impacts as there are, or with the part of a
 contact that falls into it.  A contact may be as stiff as it likes: it is an exact flow, so that no
-step makes it unstable, and one that outlasts the step goes on in the next.  Spring, damping and
-noise act in the kicks, in contact too.
+step makes it unstable, and one that outlasts the step continues in the next.  Spring, damping and
+noise act in the kicks, also in contact.
 
 ``s``, ``d`` and ``c`` are the state, the drift and the coefficients, as of the equation of motion.
 """
@@ -53,14 +53,14 @@ def move(s, d, c, a=None):
 
 @forced
 def _single(s, h, r, c, pull, a, speed):
-    """What one rigid stop did in a drift that began at the distance s.x from it."""
+    """The results of one rigid stop in a drift that began at the distance s.x from it."""
     time = meeting(s.x, s.v, h, push(s.x, s.V, c, pull, a))[0]
     return Impacts(time, speed, 1.0 if speed > 0.0 else 0.0, 0.5 * (1.0 - r * r) * speed * speed)
 
 
 @forced
 def lower_stop(c):
-    """Where the lower stop is."""
+    """The place of the lower stop."""
     if c.gap is None:
         return 0.0
     return 0.0 - c.gap
@@ -68,7 +68,7 @@ def lower_stop(c):
 
 @forced
 def wall_of(side, c):
-    """Where a stop is: the opposite one where ``side``, as the speed of `Impacts` there, is below 0; else the lower."""
+    """The place of a stop: the opposite one if ``side``, as the speed of `Impacts`, is below 0; else the lower."""
     if c.high is not None and side < 0.0:
         return c.high
     return lower_stop(c)
@@ -113,9 +113,9 @@ def _move_between(s, d, c, a):
 
 @forced
 def between(s, t, c):
-    """Move at constant speed for a time t between two rigid stops, from one to the other as often as it takes.
+    """Move at constant speed for a time t between two rigid stops, from one to the other as often as they are met.
 
-    Whole rounds (there and back) last T, T/q, T/q^2, ... with q = r r_high, so that m of them take
+    Whole rounds (there and back) last T, T/q, T/q^2, ... with q = r r_high, so that m of them last
     T (q^-m - 1)/(1/q - 1): however many there are, they cost the same.  During the rounds V sees the mass in the
     middle, which is wrong by a part of the room of order (mu T)^2.
     """

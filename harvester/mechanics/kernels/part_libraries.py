@@ -1,4 +1,4 @@
-"""Where the code of a kernel and of its parts is kept: parts as LLVM's code only, machine code of whole kernels alone.
+"""The place of the code of a kernel and of its parts: parts as LLVM's code only, machine code of whole kernels alone.
 
 numba makes machine code of each function that it compiles.  That of a part is never run, for the
 kernel has the part's LLVM code inside: a tenth of the compiling, for nothing.
@@ -28,7 +28,7 @@ class PartLibrary(codegen.JITCodeLibrary):  # type: ignore[misc]
 
     @property
     def codegen(self) -> Any:
-        """What is reported the part's objects: this library, which leaves them to the kernel's."""
+        """The part's objects: this library, which leaves them to the kernel's."""
         return self
 
     def set_env(self, name: str, environment: Any) -> None:

@@ -19,9 +19,10 @@ class Path:
 
     Kick k happens at the time k h; its sample holds x and V at the kick and x, v, V half a
     step later, at ``t`` (shape (n,)).  ``impacts`` has one row an impact: its time and the
-    speed just before, negative at the opposite stop, shape (m, 2); of several within one drift only the first.
-    ``shaking`` has the accelerations at the times 0, h, ... of what else than white noise shook the mass; ``U``, shape
-    (n, 2), the voltage of a load circuit's capacitor at the kick and half a step later.
+    speed just before, negative at the opposite stop, shape (m, 2); with several in a drift, only
+    the first. ``shaking`` has the accelerations at the times 0, h, ... of the excitation other than
+    white noise; ``U``, shape (n, 2), a load circuit's capacitor voltage at the kick and half a step
+    later.
 
     With several modes x and v are those of the oscillator, impacts have the speeds of the contact
     coordinate, and ``coordinates`` are y and y' of all modes in mid-drift, shape (n, 2, modes).
@@ -74,9 +75,9 @@ def check_start(stops: tuple[float, float], least: float, most: float) -> None:
     """Raise InputError unless all starts, x from ``least`` to ``most``, are between the rigid ``stops``."""
     low, high = stops
     if least < low:
-        raise invalid("start", f"have x of at least {low:g}, where the stop is", least)
+        raise invalid("start", f"have x of at least {low:g}, the place of the stop", least)
     if most > high:
-        raise invalid("start", f"have x of at most {high:g}, where the opposite stop is", most)
+        raise invalid("start", f"have x of at most {high:g}, the place of the opposite stop", most)
 
 
 def room_for_impacts(eqs: Equations, steps: int) -> Floats:

@@ -1,6 +1,6 @@
 """Controls as of `harvester.mechanics.kernels.control_variates`, of coloured noise, whose filter has its own noise.
 
-What is new in a step of the filter's p, which nothing before foretells, makes martingales as the
+The new part in a step of the filter's p, which nothing before foretells, makes martingales as the
 kicks of white noise do: sums of g times that, of mean zero at every step, with
 
     g = x, v, V, A, A cos 2 theta, A sin 2 theta, p, q   of x = A cos theta, v = A sin theta, the filter's (p, q)
@@ -27,7 +27,7 @@ def martingales(coloured: bool) -> int:
 
 @forced
 def shake_and_add(b, states, accelerations, coarse, shaker, mu):
-    """Shake a batch as `shake` does, and add what is new in the filter to its controls, if both are there.
+    """Shake a batch as `shake` does, and add the new part in the filter to its controls, if both are there.
 
     ``states``: room of shape (2, BATCH); ``mu`` None: without a load, whose voltage counts.
     """
@@ -63,7 +63,7 @@ def shake_and_add(b, states, accelerations, coarse, shaker, mu):
 
 @forced
 def _foreseen(p, q, coarse, f):
-    """What p becomes but for noise, after one step of the filter or two ``coarse`` ones."""
+    """The value of p but for noise, after one step of the filter or two ``coarse`` ones."""
     if f.a12 is None:
         return f.a11 * f.a11 * p if coarse else f.a11 * p
     once = f.a11 * p + f.a12 * q
@@ -88,7 +88,7 @@ def shaken_path_controls(states: Floats, filtered: Floats) -> Floats:
     """The same sums of consecutive blocks of a recorded path, shape (8, blocks).
 
     ``states``, shape (4, blocks, n), are (x, v, V, ...) before each step, ``filtered``, shape (3,
-    blocks, n), the filter's (p, q) there and what its next step brings that is new
+    blocks, n), the filter's (p, q) there and the new part of its next step
     (`harvester.mechanics.kernels.forcing.filtered`).
     """
     x, v, V = states[:3]

@@ -11,7 +11,7 @@ The first three are a linear filter of two states, a = p, whose step is exact in
     (p, q)  <-  A (p, q) + L (xi1, xi2)     with variates of mean 0 and variance 1
 
 A kick takes a at its own time, so that the scheme stays of second order.  Coloured noise is less
-smooth: of correlation times below the step its samples would carry too much power to low
+smooth: for correlation times below the step its samples would carry too much power to low
 frequencies.  Their variance is therefore (2 D/h) tanh(h/(2 tau)) in place of D/tau, which makes the
 spectrum at frequency 0 exact for every tau and h; as tau -> 0 the kicks become those of white noise
 of intensity D, as h -> 0 the samples those of the process.
@@ -59,14 +59,14 @@ def samples_of(eqs: Equations, h: float, rng: np.random.Generator) -> Floats | N
 
 
 def drawn_record(eqs: Equations, h: float, rng: np.random.Generator) -> Record:
-    """A record of the density, long enough for the resonance, whose bandwidth is minus its eigenvalue's real part."""
+    """A record of that density, long enough for the resonance, whose bandwidth is minus its eigenvalue's real part."""
     assert eqs.density is not None
     growth = linear_growth(eqs)
     return eqs.density.record(h, rng, math.inf if growth is None or growth >= 0.0 else -growth)
 
 
 class Tone(NamedTuple):
-    """A sinusoid beside coloured noise: cosine and sine of its angle in a step, and its states (p, q)."""
+    """A sinusoid with coloured noise: cosine and sine of its angle in a step, and its states (p, q)."""
 
     c: float
     s: float
@@ -78,8 +78,9 @@ class Filter(NamedTuple):
     """A shaking other than white noise, of trajectories side by side: two linear filters of a state (p, q) each.
 
     p and q are arrays of one state a trajectory, s0 and s1 the words of their random generators; None in a filter of
-    one path.  Of a record nothing is filtered: p is the present one of its ``samples``, and q its index.  ``gain`` is
-    the acceleration over p, if it is not 1, and ``tone`` a sinusoid that is added to coloured noise.
+    one path.  With a record nothing is filtered: p is the present one of its ``samples``, and q its
+    index.  ``gain`` is the acceleration over p, if it is not 1, and ``tone`` a sinusoid that is
+    added to coloured noise.
     """
 
     a11: float
@@ -134,9 +135,9 @@ def filter_start(
     rng: np.random.Generator,
     samples: Floats | None = None,
 ) -> Floats:
-    """The filter's first states (p, q), shape (2, trajectories): of random phase or place, or of the noise's law.
+    """The filter's first states (p, q), shape (2, trajectories): random in phase or place, or by the noise's law.
 
-    Those of a sinusoid beside coloured noise come after the noise's, in two further rows. In a
+    Those of a sinusoid with coloured noise come after the noise's, in two further rows. In a
     record of a density the places are evenly apart from a random one on, so that together they soon
     see all of it.
     """
@@ -212,7 +213,7 @@ def shaken(i, accelerations, shaker):
 
 @forced
 def _step_of_filter(i, f):
-    """Make one step of the filter of trajectory i, or go one sample further."""
+    """Make one step of the filter of trajectory i, or advance by one sample."""
     p, q = f.p, f.q
     if f.samples is not None:
         index = int(q[i]) + 1

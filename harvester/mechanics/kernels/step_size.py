@@ -1,4 +1,4 @@
-"""The length of a step: the frequencies that it must resolve, the default, and what to do where it fails."""
+"""The length of a step: the frequencies that it must resolve, the default, and the remedy if it fails."""
 
 import math
 
@@ -42,9 +42,9 @@ def whole_steps(h: float, repeat: float | None) -> float:
 
 
 def step_from_rest(eqs: Equations, part: float = 1.0) -> float:
-    """A ``part`` of the default step of a path from rest, also for what a hardening spring does at an amplitude of 1.
+    """A ``part`` of the default step of a path from rest, also for a hardening spring at an amplitude of 1.
 
-    A period of the excitation takes whole steps of it.
+    A period of the excitation has whole steps of it.
     """
     far = max(x * x for x in eqs.resting_places)
     h = STEP / typical_frequency(eqs, max(far, 1.0 if eqs.alpha else far))
@@ -60,9 +60,9 @@ def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> flo
     With ``v2`` the bounces of a mass that the spring presses on a stop count too (`chatter`), up to `FASTEST_CHATTER`.
     Noise of a band asks for its upper end; a harmonic drive of a sharp resonance of loss c asks
     for 0.2/sqrt(c): the step h detunes it by a part h^2/24, which is then a hundredth of its width.  A friction that
-    feeds energy at a rate c asks for c h up to `MOST_FED`: from 1 on a kick would take energy in its place.  Strong
-    impacts under white noise, whose bias falls slowly with the step, ask for `IMPACTS` times as many steps.  Of further
-    modes the highest asks for `STEP_OF_HIGHEST`, or for `AT_STOP`.
+    feeds energy at a rate c asks for c h up to `MOST_FED`: from 1 on a kick would remove energy in
+    its place.  Strong impacts under white noise, whose bias falls slowly, ask for `IMPACTS` times
+    as many steps. Among further modes the highest asks for `STEP_OF_HIGHEST`, or for `AT_STOP`.
     """
     linear, alpha2, alpha = eqs.spring
     soft = abs(alpha2) + (eqs.softening or 0.0)
@@ -83,7 +83,7 @@ def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> flo
 
 
 def _of_highest_mode(eqs: Equations, spring: float) -> float:
-    """What the highest of several modes asks for; 0 of one."""
+    """The demand of the highest of several modes; 0 for one."""
     if eqs.modes is None:
         return 0.0
     part = STEP_OF_HIGHEST if eqs.restitution is None and eqs.stop_stiffness is None else AT_STOP
@@ -91,12 +91,12 @@ def _of_highest_mode(eqs: Equations, spring: float) -> float:
 
 
 def chatter(pressure: float, n1: float | None, v2: float) -> float:
-    """Frequency that the step must resolve where noise keeps a mass bouncing that the spring presses on a stop.
+    """Frequency that the step must resolve if noise keeps a mass bouncing that the spring presses on a stop.
 
     w^2 = F^3/(10 N1 v) for a spring's acceleration F = ``pressure`` there, with v^2 = ``v2`` = E[x'^2], but v at least
-    N1/F, which is what noise gives to a mass that bounces no more.  As the spring acts in kicks, each bounce is off by
-    up to F v h in energy, and so many random errors heat the mass: by a part F^3 h^2/(10 N1 v), or so, which is 1 % at
-    h = 0.1/w.
+    N1/F, the value by noise for a mass that bounces no more.  As the spring acts in kicks, each
+    bounce is off by up to F v h in energy, and so many random errors heat the mass: by a part F^3
+    h^2/(10 N1 v), or so, which is 1 % at h = 0.1/w.
     """
     if n1 is None or pressure == 0.0:
         return 0.0
@@ -104,7 +104,7 @@ def chatter(pressure: float, n1: float | None, v2: float) -> float:
 
 
 def remedy(eqs: Equations, h: float) -> str:
-    """What to do about a response that grew without bound at step h.
+    """The remedy for a response that grew without bound at step h.
 
     A shorter step is asked for unless h shrinks small motions of the unloaded linear system (Jury's
     criterion): the matrix of one step, ((1, h), (-b, a - b h)) on (x, x') with a = 1/q, b = h w^2

@@ -2,8 +2,8 @@
 
 The innermost loops run over the trajectories of a batch, so that the compiler turns them into vector instructions; each
 trajectory keeps its own state and its own random generator.  With a resistor a step is one loop.  With a circuit
-(`harvester.mechanics.kernels.ideal_circuit`) it is three: what happens now and then, an impact or a switching, and then
-what happens at every step, the flow through the diodes, and the kick.
+(`harvester.mechanics.kernels.ideal_circuit`) it is three: the rare events, an impact or a
+switching, and then the events of every step, the flow through the diodes, and the kick.
 
 Long because the one step of all ensembles is compiled as a whole.
 """
@@ -54,7 +54,7 @@ IDEAL_SUMS = (*SUMS, "load")
 
 
 class Batch(NamedTuple):
-    """What a kernel changes in place: states after a kick, words of generators, sums; shapes (BATCH,), (rows, BATCH).
+    """The arrays that a kernel changes: states after a kick, words of generators, sums; shapes (BATCH,), (rows, BATCH).
 
     U and m are the states of a circuit (`Store`); ``controls``, shape (`martingales`, BATCH), are those of
     `harvester.mechanics.kernels.control_variates`.  None: nothing of them is compiled.
@@ -75,7 +75,8 @@ class Schedule(NamedTuple):
     """``samples`` times ``stride`` steps.
 
     A draw of random bits is the noise of two steps, and ``stride`` even; or of one step, after ``doublings`` of it.  By
-    ngspice's rule the state is that of a sample in mid-drift, where ngspice has ``landed``, and goes on from there.
+    ngspice's rule the state is that of a sample in mid-drift, to which ngspice has ``landed``, and
+    continues there.
     """
 
     samples: int
@@ -112,7 +113,7 @@ def _kick_and_add_work(i, sums, s, xi, other, h, c, a):
 def _step(i, s, xi, xi2, sums, accelerations, d, c, shaker):
     """Make one step of trajectory i with a resistor, and add up its impacts and its work.
 
-    Returns its state, the velocity just before the kick, and what the noise added to it, over
+    Returns its state, the velocity just before the kick, and the increment by the noise, over
     sqrt(2 h).
     """
     a, a1 = shaken(i, accelerations, shaker)
@@ -128,7 +129,7 @@ def _drift_with_circuit(x, v, V, U, m, did, accelerations, d, c, circuit, shaker
     """Drift all trajectories under the first row of ``accelerations``.
 
     ``did``, shape (4, BATCH), gets in its last two rows the number of impacts and the energy that
-    they took.
+    they dissipated.
     """
     if c.r is None and c.gap is None and circuit.hysteresis is None:
         for i in range(BATCH):
@@ -195,7 +196,7 @@ def advance(b, schedule, h, circuit, c, shaker, update):
 
     h is the step, ``update`` how the voltage is carried along (`harvester.mechanics.kernels.intervals`), c the
     coefficients, and ``shaker`` the `harvester.mechanics.kernels.shaking.Filter` of the batch, its states changed in
-    place.  Where there is noise of the force and of the stiffness, each has a draw with a resistor (`impulse`).
+    place.  If there is external and parametric noise, each has a draw with a resistor (`impulse`).
     """
     x = b.x
     v = b.v
@@ -285,7 +286,7 @@ def _step_by_ngspice_rule(b, k, noise, d, c):
 
 @forced
 def _add_impacts(sums, did, c):
-    """Add up what impacts did in a drift with a circuit."""
+    """Add up the results of impacts in a drift with a circuit."""
     if c.r is not None or c.gap is not None:
         for i in range(BATCH):
             sums[10, i] += did[2, i]
@@ -302,7 +303,7 @@ def _load(c, circuit):
 
 @forced
 def _draw(b, noise, other, doublings, c, circuit, update):
-    """Draw the noise of two steps, or of a doubled one; with a resistor one of the stiffness, too."""
+    """Draw the noise of two steps, or of a doubled one; with a resistor also a parametric one."""
     if c.n1 is not None and c.n2 is not None and circuit is None and update.weight is None:
         draw_two_noises(noise, other, b.s0, b.s1, doublings)
     elif c.n1 is not None or c.n2 is not None:
@@ -311,7 +312,7 @@ def _draw(b, noise, other, doublings, c, circuit, update):
 
 @forced
 def _begin_martingales(b, before, kick_sums, circuit):
-    """Note the states ahead of a draw, and begin the sums of its kicks, where a resistor's controls are added up."""
+    """Note the states ahead of a draw, and begin the sums of its kicks, if a resistor's controls are added up."""
     if b.controls is not None and circuit is None:
         for i in range(BATCH):
             before[0, i], before[1, i], before[2, i] = b.x[i], b.v[i], b.V[i]

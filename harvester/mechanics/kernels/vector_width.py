@@ -1,10 +1,10 @@
-"""How wide the vectors of kernels are: 512 bits where a measurement of this processor finds them faster than 256.
+"""How wide the vectors of kernels are: 512 bits if a measurement of this processor finds them faster than 256.
 
-LLVM takes 256 bits where a processor has 512, because some clock themselves down at 512; only a
-trial shows whether 512 are worth it.  It is made once, when a first kernel is compiled, takes half
-a second, and is kept beside the kernels; a file that is missing, wrong, or of another processor or
-numba is no more than a new trial.  A processor without AVX-512 is not tried.  Where the user says
-by NUMBA_CPU_FEATURES or NUMBA_CPU_NAME what to compile for, that is done.
+LLVM uses 256 bits even if a processor has 512, because some clock themselves down at 512; only a
+trial shows whether 512 are worth it.  It is made once, when a first kernel is compiled, lasts half
+a second, and is kept with the kernels; a file that is missing, wrong, or of another processor or
+numba is no more than a new trial.  A processor without AVX-512 is not tried.  If the user sets
+NUMBA_CPU_FEATURES or NUMBA_CPU_NAME, these hold.
 
 Lanes are added up each by itself, so that results do not depend on the width.
 """
@@ -41,7 +41,7 @@ _LONGEST = 10_000  # bytes of the file
 
 
 def may_be_wide() -> bool:
-    """Whether the processor has vectors of 512 bits, and the user leaves it to us what to compile for."""
+    """Whether the processor has vectors of 512 bits, and the user does not choose the processor."""
     if config.CPU_FEATURES is not None or config.CPU_NAME is not None:
         return False
     with contextlib.suppress(RuntimeError):  # LLVM does not know the processor
@@ -52,7 +52,7 @@ def may_be_wide() -> bool:
 
 @cache
 def width() -> int:
-    """The bits of a vector in this process: as kept beside the kernels, else as measured; 256 where neither can be."""
+    """The bits of a vector in this process: as kept with the kernels, else as measured; 256 if neither is possible."""
     cached = folders.cache_folder() if may_be_wide() else None
     if cached is None:
         return 256

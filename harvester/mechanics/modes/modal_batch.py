@@ -90,7 +90,7 @@ def _to_mid_drift(mid, sums, half, c, shaker, store, circuit):
 
 @forced
 def _give_sums(z, sums, controls, states):
-    """Write what was added up next to the states, to where it is expected."""
+    """Write the sums next to the states, to their places."""
     for i in range(BATCH):
         for row in range(3):
             sums[10 + row, i] = z[(states + 4 + row) * BATCH + i]
@@ -156,7 +156,7 @@ def add_sample_of_modes(i, sums, z, mid, c):
 
 @forced
 def taken_by_damping(i, z, c):
-    """The power that damping takes."""
+    """The power that damping dissipates."""
     speeds = len(c.k) * BATCH + i
     x = dot(c.e, z, 0, i)
     speed = dot(c.e, z, len(c.k), i)
@@ -180,9 +180,9 @@ def mid_drift_of_modes(z, out, h, c, shaker, store=None, circuit=None):
 
 
 class ModalMotion:
-    """What `harvester.mechanics.ensemble.trajectories` needs of several modes: rows of states and sums, and kernels.
+    """The parts of several modes for `harvester.mechanics.ensemble.trajectories`: rows of states and sums, and kernels.
 
-    The load is a resistor, or an ideal ``circuit``, whose U and m stand in the rows below x, x' and
+    The load is a resistor, or an ideal ``circuit``, whose U and m are in the rows below x, x' and
     V.
     """
 
@@ -244,8 +244,8 @@ class ModalMotion:
     def boundary(self, states: Floats, eqs: Equations, circuit: int | None = None) -> Floats:
         """The functions of states, shape (rows, count), whose changes are controls.
 
-        With a resistor z.P z, shape (1, count); with a circuit, up to whose row those states go,
-        `boundary_functions`.
+        With a resistor z.P z, shape (1, count); with a circuit, whose row ends those
+        states, `boundary_functions`.
         """
         from scipy.linalg import solve_continuous_lyapunov
 

@@ -1,7 +1,7 @@
-"""What several modes or masses do to a load circuit in a drift: the charge sum s_j y_j, its course, and its controls.
+"""The effect of several modes on a load circuit in a drift: the charge sum s_j y_j, its course, and its controls.
 
-A circuit sees the charge alone, in units of theta l: in a drift a straight line, broken where a
-stop is met.
+A circuit sees the charge alone, in units of theta l: in a drift a straight line, broken at a point
+at which a stop is met.
 """
 
 import math
@@ -16,9 +16,9 @@ from harvester.mechanics.modes.modal_step import dot, drift_modes, energy_of_mod
 
 
 class Course(NamedTuple):
-    """The charge in a drift: where it begins, the ``wall`` that it comes to at the time ``first``, and its end.
+    """The charge in a drift: its start, the ``wall`` that it reaches at the time ``first``, and its end.
 
-    Without an impact the wall is where it begins, and ``first`` 0.
+    Without an impact the wall is its start, and ``first`` 0.
     """
 
     begin: float

@@ -4,16 +4,16 @@
     kick    y_j' = v_j,  v_j' = -d_j v_j - k_j y_j - e_j F - beta s_j V + g_j (a + noise)    (y and V held; ball: -pull)
 
 The stops are those of one mode, on the contact coordinate w
-(`harvester.mechanics.kernels.offset_stops.move`), where it begins without voltage, with m =
+(`harvester.mechanics.kernels.offset_stops.move`), if it begins without voltage, with m =
 phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/mu:
 
     (w1, w1', U) = move(w, w', 0)
     y += h v + m (w1 - w - h w'),   v += m (w1' - w'),   V <- e V + g s.v + (s.m) (U - g w')
 
 All of a lane i is in one array z, shape (rows x BATCH,): row j is y_j, row n + j is v_j, row 2 n is
-V, and those from there on are what a kernel adds up.  Places that differ by constants are known to
-the compiler not to be the same, so that loops over lanes become vector instructions; in several
-arrays a step takes three to five times as long.
+V, and those from there on are those that a kernel adds up.  Places that differ by constants are
+known to the compiler not to be the same, so that loops over lanes become vector instructions; in
+several arrays a step lasts three to five times as long.
 
 Long because drift, kick and rest on a stop are one step, whose parts share the rows of z.
 """
@@ -58,7 +58,7 @@ class ModalCoefficients(NamedTuple):
 
 
 def modal_coefficients(eqs: Equations) -> ModalCoefficients:
-    """The coefficients of equations with several modes, as their kernels take them."""
+    """The coefficients of equations with several modes, for their kernels."""
     modes = eqs.modes
     assert modes is not None
     names = ("mu", "alpha", "beta", *friction_names(), "cv", "n1", "linear", "alpha2", "softening")
@@ -95,7 +95,7 @@ def dot(direction, z, first, i):
 
 @forced
 def _pushed(i, z, c, a):
-    """The acceleration of w at rest, where no noise keeps it from a stop; None elsewhere."""
+    """The acceleration of w at rest, if no noise keeps it from a stop; None elsewhere."""
     voltage = 2 * len(c.k) * BATCH + i
     if c.contact.n1 is not None:
         return None
@@ -130,7 +130,7 @@ def _drift_freely(i, z, d, c):
 
 @forced
 def _drift_on_stop(i, z, d, c):
-    """Drift lane i, which rests on a stop, and put it back on there, before roundings of many steps take it off."""
+    """Drift lane i, which rests on a stop, and put it back on there, before roundings of many steps remove it."""
     free = _drift_freely(i, z, d, c)
     off, _ = _nearer_stop(dot(c.phi, z, 0, i), c)
     for j in range(len(c.m)):
@@ -140,7 +140,7 @@ def _drift_on_stop(i, z, d, c):
 
 @forced
 def drift_modes(i, z, d, c, a):
-    """Drift lane i by the interval d: the `Impacts`, whose energy is that of w, 1/(phi.phi) of it the one taken."""
+    """Drift lane i by the interval d: the `Impacts`, whose energy is that of w, 1/(phi.phi) of it dissipated."""
     if c.contact is None:
         return _drift_freely(i, z, d, c)
     if _is_stuck(i, z, c):
@@ -200,8 +200,8 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     """The kick if the oscillator's friction f damps all coordinates, by the mean of the speeds before and after.
 
     (1 + Y/2) v1 = (1 - Y/2) v + dv with Y/2 = diag(b) + f h/2 e e^T, whose inverse is that of the diagonal but for one
-    direction (Sherman and Morrison); stable at any damping.  Quadratic damping goes by the mean speed along e,
-    e^T (1 + diag(b)/2)^-1 (v + dv/2) over 1 + f h/2 e^T (1 + diag(b)/2)^-1 e.
+    direction (Sherman and Morrison); stable at any damping.  Quadratic damping is by the mean speed
+    along e, e^T (1 + diag(b)/2)^-1 (v + dv/2) over 1 + f h/2 e^T (1 + diag(b)/2)^-1 e.
     """
     speeds = len(c.k) * BATCH + i
     force = spring(x, c.oscillator)
@@ -227,7 +227,7 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
 
 @forced
 def _twice_and_kicked(i, j, z, force, hit, h, c):
-    """Twice the speed of the coordinate j, and what a kick adds to it: 2 v_j + dv_j."""
+    """Twice the speed of the coordinate j, and the increment by a kick: 2 v_j + dv_j."""
     speeds = len(c.k) * BATCH + i
     voltage = 2 * len(c.k) * BATCH + i
     push = c.e[j] * force - c.k[j] * z[j * BATCH + i]
@@ -280,7 +280,7 @@ def _keep_on_stop(i, z, x, h, c):
 
 @forced
 def _left_of_impulse(i, j, z, x, h, c):
-    """What the damping of coordinate j leaves of an impulse in a kick of length h, as of `kick_modes`."""
+    """The remainder of an impulse after the damping of coordinate j in a kick of length h, as of `kick_modes`."""
     if c.e is not None:
         return 1.0
     loss = h * c.d[j]

@@ -28,7 +28,7 @@ def _target_missed(
     rounded = f"{math.ceil(1.2 * enough / unit) * unit:.12g}"
     return (
         text
-        + f"the error is {in_percent(error)}; it would take at least {clock(max(more, 1.0))} more: `budget` {rounded}s"
+        + f"the error is {in_percent(error)}; it would need at least {clock(max(more, 1.0))} more: `budget` {rounded}s"
     )
 
 
@@ -104,7 +104,7 @@ def _rare_hops(
 def _slow_switching(seconds: float, share: float, worse: float, physical: bool) -> str:
     takes = f"{amount(seconds, 's')}, " if physical else ""
     return (
-        f"each inversion takes {takes}{share:.2g} of a half-period, but engine 'ideal' treats it as instantaneous: the power "
+        f"each inversion lasts {takes}{share:.2g} of a half-period, but engine 'ideal' treats it as instantaneous: the power "
         f"may be off by up to {worse:g} times that fraction; use engine 'spice', or a smaller L"
     )
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 def _burn_in_stopped(time: float, why: str, constant: str) -> str:
     reason = {
         "": "",
-        "load": f"of the load's memory, {constant}, ",
-        "response": f"of the response's own memory, about {constant}, ",
+        "load": f"for the load's memory, {constant}, ",
+        "response": f"for the response's own memory, about {constant}, ",
     }[why]
     return f"burn-in stopped at {time:g}/w0 because {reason}no stationary voltage was seen"
 

@@ -61,7 +61,7 @@ MESSAGES = {
         "available: 'harvester run' and 'harvester tolerance' check it with these"
     ),
     "trace_of_joulescope": "the trace has no units: in SI units, as a Joulescope writes it (its power is current times voltage)",
-    "trace_below_zero": "{samples} samples of the trace are slightly below 0, {least:.2g} A at least: taken as 0",
+    "trace_below_zero": "{samples} samples of the trace are slightly below 0, {least:.2g} A at least: counted as 0",
     "node_of_fluctuating_current": "the rectifier's current fluctuates under the noise, with the measured spectral density",
     "node_error_by_model": "the error of the packets, {error:.3g} per hour, is large, and more runs do not reduce it: the "
     "model's part dominates",

@@ -61,7 +61,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "unit_of_preamble": "the unit {unit} is that of the lines above the columns",
     "range_in_brackets": "{range} behind the name is the range of the sensor: the numbers are in {unit}",
     "one_recording": "recording {number} of {of} is used: {rows} rows",
-    "parts_joined": "{parts} of {of} parts joined, each without its mean: the vibration jumps where they meet",
+    "parts_joined": "{parts} of {of} parts joined, each without its mean: the vibration jumps at the joints",
     "header_again": "{times} more lines of names among the rows: left out",
     "lines_without_numbers": _lines_without_numbers,
     "stands_still": _stands_still,

@@ -93,9 +93,9 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "limit_not_told": "cannot decide whether {limit} is met: the limit lies inside the interval of the long trajectory",
     "limit_broken_on_path": "{limit} is not met on the long trajectory",
     # Tolerances.
-    "error_by_engine": "the error of a power is the engine's own estimate",
-    "no_error_stated": "the error of a power is not known: the engine states none",
-    "checked_by_runs": "the error of a power is from {runs} runs of {by!r}, whose powers are {ratio:.4g} times those of "
+    "error_by_engine": "the power error is the engine's own estimate",
+    "no_error_stated": "the power error is not known: the engine states none",
+    "checked_by_runs": "the power error is from {runs} runs of {by!r}, whose powers are {ratio:.4g} times those of "
     "{engine!r}",
     "polynomial_stands_for_others": "a polynomial through {runs} runs, and {ends} at the ends, gives the rest",
     "linear_law": "first order: the power is linear in each key, by its gradient; curvature along the keys would "

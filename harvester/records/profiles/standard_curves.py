@@ -17,7 +17,7 @@ class Profile:
     """A shaking by name: ``what`` in a line, the ``source`` of its numbers, and its keys of [excitation].
 
     Those of ``needs`` must be given, those of ``takes`` may be; all others must be left out.
-    ``random`` profiles are noise of a density, the others a record that repeats itself.
+    ``random`` profiles are noise with that PSD, the others a record that repeats itself.
     """
 
     name: str

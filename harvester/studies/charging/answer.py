@@ -17,7 +17,7 @@ FEW = 20  # runs, of which 5 % are less than one
 
 
 class Level(Result):
-    """One voltage on the way: the store's energy there, and the times and the power that it takes to get there.
+    """One voltage on the way: the store's energy there, and the times and the power until there.
 
     ``time`` is None if a run never gets there; ``low`` and ``high`` are the times by which 5 and 95
     % of the runs have; ``power`` is the mean from the level before, None if a run never gets there
@@ -42,44 +42,44 @@ class ChargingResult(TableResult):
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    probe
+    probe : str
         the quantity of the circuit that is looked at.
-    unit
+    unit : str
         its unit.
-    target
-        what it is to reach.
-    duration
+    target : float
+        the value to reach.
+    duration : float
         how long a run was watched (s, or 1/w0).
-    time
+    time : Value or None
         a `Value`: the mean time to the target; None if a run never reaches it within the duration.
-    at_least
+    at_least : Value
         a `Value`: a lower bound of that time, the mean with such a run counted as the duration.
-    low, high
+    low, high : float or None
         the times by which 5 % and 95 % of the runs have arrived; None if fewer have.
-    runs
+    runs : int
         the number of runs.
-    reached, reached_between
+    reached, reached_between : float or tuple
         the share of them that arrive, and its 95 % interval.
-    levels
+    levels : tuple of Level
         voltages on the way to the target, with time, energy and power of each.
-    t, voltage, stderr
+    t, voltage, stderr : ndarray or ndarray or None
         times, the mean over the runs and its standard error (None for one run), shape (n,).
-    quantiles, arrived
+    quantiles, arrived : tuple or ndarray
         5 and 95 % quantiles over the runs, and the share that has arrived by then.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    steps
+    steps : int
         steps of all runs.
-    afterwards
+    afterwards : Value or None
         a `Value`: the share of the time at or above the target after the first arrival; None if it
         was not asked for.
-    rises
+    rises : float or None
         how often a run rises to the target; None if it was not asked for.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -124,7 +124,7 @@ class ChargingResult(TableResult):
 
     @property
     def strongest(self) -> Level | None:
-        """The level on whose way the store takes the most power; None if that is not known."""
+        """The level on whose way the store receives the most power; None if that is not known."""
         known = [level for level in self.levels if level.power is not None]
         return (
             max(known, key=lambda level: level.power.value if level.power else 0.0)
@@ -174,7 +174,7 @@ class ChargingResult(TableResult):
         return table_of(self.levels, "on the way", self.unit_names, self.unit)
 
     def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints: its fields, with the quantiles beside the mean time."""
+        """The object that ``--json`` prints: its fields, with the quantiles next to the mean time."""
         fields = super().as_json()
         time = fields["time"] or {"value": None, "stderr": None}
         return fields | {"time": time | {"low": self.low, "high": self.high}}

@@ -1,4 +1,4 @@
-"""Charging by the rectifier's mean current: hours of a store in the time that measuring the current takes."""
+"""Charging by the rectifier's mean current: hours of a store in the time for measuring the current."""
 
 import math
 import time

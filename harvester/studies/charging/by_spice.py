@@ -27,10 +27,10 @@ LONGER = 4.0
 
 
 def charge_in_ngspice(runs: ChargeRuns) -> Passages:
-    """The passages of runs, at the scene's step, or by what `at_smaller_steps` tries if ngspice does not converge.
+    """The passages of runs, at the scene's step, or at those of `at_smaller_steps` if ngspice does not converge.
 
     Unless they are to do the whole of their duration, shorter ones come first, and the first that
-    all reach the last level are taken.  Those that do the whole of it also state how long they stay
+    all reach the last level are kept.  Those that do the whole of it also state how long they stay
     above.
 
     Raises as `harvester.cosimulation.runs.measure_in_workers`.
@@ -78,7 +78,7 @@ def lengths_of_runs(end: float, whole: bool) -> list[float]:
 
 
 def _part(runs: ChargeRuns, past: float, share: float) -> Progress:
-    """The progress of a part of the work, a ``share`` of it after what is ``past``."""
+    """The progress of a part of the work, a ``share`` of it after the ``past`` part."""
     return lambda done: runs.tell(past + share * done)
 
 

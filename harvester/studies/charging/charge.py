@@ -1,7 +1,7 @@
-"""How long a storage capacitor takes from empty to a voltage: a mean, a distribution, and a curve.
+"""The charging time of a storage capacitor from empty to a voltage: a mean, a distribution, and a curve.
 
 The mass begins at rest and all capacitors empty; then the shaking begins.  A run that has not
-reached the voltage when the time is over is counted, and told: a mean without it would be too
+reached the voltage when the time is over is counted, and reported: a mean without it would be too
 short.
 
 Long because the public function explains its arguments to users.
@@ -59,34 +59,34 @@ def charge(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    to
+    to : float or str
         a number in the unit of the probe, or a text such as "3.3 V"; for a nondimensional scene a
         number, in units of theta l/Cp.
-    probe
+    probe : str, default "store"
         the storage capacitor Csmooth ("store"), or a quantity of the circuit such as "v(a,b)".
-    engine
+    engine : str, optional
         "slow", "ideal", "compiled" or "spice"; None: "slow" for a store of 1000 times the piezo's
         capacitance or more, unless its charge is not slow compared with the vibration, else "ideal"
         if that supports, else "spice".
-    duration
+    duration : float or str, optional
         how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0); None: until
         all have arrived, but at most five time constants of store and load.  With it, "spice" also
-        says for how much of the time the probe is at or above ``to`` once it has been there.
-    trajectories
+        states for how much of the time the probe is at or above ``to`` once it has been there.
+    trajectories : int, optional
         the number of runs; None: chosen by the engine.
-    seed
+    seed : int, default 0
         the same seed, the same noise.
-    dt
+    dt : float or str, optional
         the step, in seconds or as a text (nondimensional scene: 1/w0).
-    anywhere
+    anywhere : bool, default False
         a record, or a harmonic drive, begins at a random place, not at its beginning.
-    progress
+    progress : callable, optional
         is called with the fraction done.
-    notice
+    notice : callable, optional
         is called before many runs of ngspice that nobody chose, with the reason.
-    execution
+    execution : Execution, optional
         has the folder for charge.csv, levels.csv, charge.png and provenance.json; ``out`` and
         ``formats`` alone.
 
@@ -285,7 +285,7 @@ def _known(engine: str, runs: int) -> list[Diagnostic]:
 def _diagnostics(
     problem: Problem, passages: Passages, clock: float, by_default: bool, runs: int
 ) -> list[Diagnostic]:
-    """What to beware of."""
+    """The warnings."""
     diagnostics = []
     unit = " s" if problem.physical else ""
     if passages.reached < 1.0:

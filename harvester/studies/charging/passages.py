@@ -1,4 +1,4 @@
-"""When runs from empty reach a ladder of voltages, and their curves: what every engine hands to the study."""
+"""When runs from empty reach a ladder of voltages, and their curves: the data from every engine to the study."""
 
 import math
 from dataclasses import dataclass, replace
@@ -21,12 +21,12 @@ LOW, HIGH = 0.05, 0.95  # shares of the runs
 
 @dataclass(frozen=True)
 class ChargeRuns:
-    """What is to be run: ``count`` charges of a problem from rest and empty, and through which ``levels`` (V).
+    """The request: ``count`` charges of a problem from rest and empty, and through which ``levels`` (V).
 
     ``duration`` (s) is how long they are watched at most, and ``h`` their step (1/w0); None: that
-    of the scene. ``probe`` is what is looked at; None: the storage capacitor.  Each begins at the
-    beginning of the excitation, or ``anywhere``; with ``whole`` it continues to the end, else until
-    all have reached the last level.
+    of the scene. ``probe`` is the watched quantity; None: the storage capacitor.  Each begins at
+    the beginning of the excitation, or ``anywhere``; with ``whole`` it continues to the end, else
+    until all have reached the last level.
     """
 
     problem: Problem
@@ -54,7 +54,7 @@ class Passages:
     run first reaches each, infinite if it never does; ``coarse`` are the same runs at a coarser
     step.  ``curves``, shape (runs, samples), are voltages at the times ``at``; ``end`` is how long
     each run was watched; ``capacitance`` (F) that of the store, 0 if it is not known; ``seconds``
-    what all took, without compilation.  ``after`` is what comes after the first passage of each
+    of all, without compilation.  ``after`` is the course after the first passage of each
     run, and at the coarser step; None if that was not looked at.
     """
 
@@ -81,10 +81,10 @@ class Passages:
         return float(np.isfinite(self.times[:, -1]).mean())
 
     def reached_between(self) -> tuple[float, float]:
-        """The 95 % interval of the share that reaches the target; of a single run, which nothing random shakes, itself.
+        """The 95 % interval of the share that reaches the target; of a deterministic run, itself.
 
         Runs on one record are alike: all are worth as many independent ones as the spread of the
-        records' shares says, less for the uncertainty of that spread (Korn and Graubard, Survey
+        records' shares, less for the uncertainty of that spread (Korn and Graubard, Survey
         Methodology 24, 193, 1998), and the records if all of them have the same share.
         """
         runs = len(self.times)
@@ -112,7 +112,7 @@ class Passages:
     def mean(self, values: Floats, coarse: Floats) -> Value:
         """The mean of one finite number a run, with its sampling error and the change at the coarser step.
 
-        The change, ``counted`` times, and what is not known of it, is the time-step error.
+        The change, ``counted`` times, and the unknown part of it, is the time-step error.
         """
         if len(values) == 1:
             change = self.counted * abs(float(coarse[0] - values[0]))
@@ -188,9 +188,9 @@ class Passages:
         return low + (position - math.floor(position)) * (high - low)
 
     def power_between(self, level: int, joules: float) -> Value | None:
-        """The mean power (W) that takes the store up by ``joules`` to a level from the one below it.
+        """The mean power (W) that raises the store by ``joules`` to a level from the one below it.
 
-        The energy over the mean time that this takes, with its relative errors; None if a run does
+        The energy over the mean time for this, with its relative errors; None if a run does
         not get there.
         """
 
@@ -208,7 +208,7 @@ class Passages:
 def share_interval(reached: float, runs: float) -> tuple[float, float]:
     """The 95 % interval of a share, from how many of so many independent runs (Clopper and Pearson 1934).
 
-    Both may be no whole numbers: as many as the runs are worth.
+    Both may be fractions: as many as the runs are worth.
     """
     from scipy.special import betaincinv
 

@@ -1,4 +1,4 @@
-"""What is asked of a charging study: its options, read and checked, and what represents those that are left out."""
+"""The request of a charging study: its options, read and checked, and the defaults of those that are left out."""
 
 import math
 
@@ -48,7 +48,7 @@ def choose_engine(
 
 
 def _refusal(problem: Problem, probe: Probe, engine: str) -> Diagnostic | None:
-    """Why an engine of trajectories side by side cannot charge what it supports otherwise; None if it can."""
+    """Why an engine of trajectories side by side cannot charge a scene that it supports otherwise; None if it can."""
     if probe.name != STORE:
         return refusal("store_alone", engine=engine, probe=probe.name)
     if problem.equations.shaking_period is not None:
@@ -88,11 +88,11 @@ def count_of_runs(trajectories: int | None, engine: str, steady: bool) -> int:
 
 
 def check_anywhere(anywhere: bool, problem: Problem) -> None:
-    """Refuse to begin anywhere in what has no beginning."""
+    """Refuse to begin anywhere in an excitation without a beginning."""
     eqs = problem.equations
     if anywhere and eqs.drive is None and eqs.record is None:
         raise InputError(
-            "`anywhere` must go with a record or a harmonic drive, which noise is not, but is given"
+            "`anywhere` must be used with a record or a harmonic drive, which noise is not, but is given"
         )
 
 

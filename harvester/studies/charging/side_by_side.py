@@ -26,10 +26,11 @@ PARTS = 200
 def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
     """The passages of runs up to their duration, or until all have reached the last level, by the circuit of an engine.
 
-    With them go the same runs at twice the step, of which every second look is left out: the change
-    is that of the step and of looking now and then.  A first passage that is looked for now and
-    then comes late by the square root of the time between looks at worst (Broadie, Glasserman and
-    Kou, Math. Finance 7, 325, 1997), so that the error is 1/(sqrt(2) - 1) times the change.
+    They are paired with the same runs at twice the step, of which every second look is left out:
+    the change is that of the step and of looking now and then.  A first passage that is looked for
+    now and then comes late by the square root of the time between looks at worst (Broadie,
+    Glasserman and Kou, Math. Finance 7, 325, 1997), so that the error is 1/(sqrt(2) - 1) times the
+    change.
 
     Raises as `harvester.mechanics.ensemble.trajectories.Trajectories`.
     """

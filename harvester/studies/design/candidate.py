@@ -1,4 +1,4 @@
-"""A circuit with its parts, and what it gives at the voltage that is asked for: measured at a held store."""
+"""A circuit with its parts, and its power at the requested voltage: measured at a held store."""
 
 import dataclasses
 import math
@@ -51,7 +51,7 @@ class Candidate:
     supply: Supply
 
     def scene(self, scene: Scene, needed: DesignNeed, farads: float | None = None) -> Scene:
-        """The scene with this circuit, the load that takes the power needed, and a store."""
+        """The scene with this circuit, the load that draws the power needed, and a store."""
         values = self.parameters | {"R": needed.load} | ({} if farads is None else {"C": farads})
         load = Load(netlist=self.circuit, parameters=values)
         return dataclasses.replace(scene, load=load, storage=None, node=None, chip=None)
@@ -59,7 +59,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Given:
-    """What a candidate gives of a scene: the power there (W), and the rest.
+    """The answer of a candidate for a scene: the power there (W), and the rest.
 
     ``wake`` (s) is infinite if the voltage is never reached; ``displacement`` (m) is None under
     noise and on a record, for whose quiet parts the store keeps the energy ``kept`` (J).
@@ -72,7 +72,7 @@ class Given:
     kept: float = 0.0
 
     def unmet(self, needed: DesignNeed) -> list[str]:
-        """What it does not meet of a requirement, each as it was written with what was found."""
+        """The unmet requirements, each as it was written, with the value found."""
         unmet_needs = []
         if self.power.value < needed.power:
             unmet_needs.append(f"{needed.needs}, but {amount(self.power.value, 'W')}")
@@ -126,7 +126,7 @@ def _with(coil: BoughtCoil) -> dict[str, float]:
 
 
 def saturates(candidate: Candidate, scene: Scene) -> bool:
-    """Whether the current of an inversion, V sqrt(Cp/L), is more than the coil takes."""
+    """Whether the current of an inversion, V sqrt(Cp/L), is more than the coil's limit."""
     if candidate.coil is None:
         return False
     coil = COILS[candidate.coil]
@@ -139,7 +139,7 @@ def saturates(candidate: Candidate, scene: Scene) -> bool:
 def evaluate(
     candidate: Candidate, scene: Scene, needed: DesignNeed, farads: float, seed: int, count: int
 ) -> Given:
-    """What a candidate gives, with a store of so many ``farads``.
+    """The answer of a candidate, with a store of so many ``farads``.
 
     Raises HarvesterError if the current cannot be measured.
     """
@@ -174,9 +174,9 @@ def _of_chip(supply: Supply, table: AnyCurrent, needed: float, power: float) -> 
 
 
 def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
-    """What a candidate gives on a record, behind ideal diodes if there are any; a chip's rectifier is the bridge.
+    """The answer of a candidate on a record, behind ideal diodes if there are any; a chip's rectifier is the bridge.
 
-    The time scales are compared on a store that hardly moves, as what takes the power keeps the
+    The time scales are compared on a store that hardly moves, as the load keeps the
     voltage.
     """
     from harvester.storage.node_run import NodeRun
@@ -215,9 +215,9 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
 
 
 def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
-    """The smallest capacitor that keeps the voltage, `WIDE` times the energy of a node's packet, and what is ``kept``.
+    """The smallest capacitor that keeps the voltage, `WIDE` times the energy of a node's packet, and ``kept``.
 
-    With that energy (J) it goes down to the node's stop voltage, or if absent to `LOW` of
+    With that energy (J) it falls to the node's stop voltage, or if absent to `LOW` of
     the voltage needed.
     """
     frequency = scene.modal.frequency / (2.0 * math.pi)
@@ -236,7 +236,7 @@ def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
 def nominal(
     scene: Scene, circuit: str, needed: DesignNeed, farads: float, seed: int
 ) -> tuple[Candidate, Given]:
-    """The best candidate of a circuit: of several coils the one of most power, none of which is saturated.
+    """The best candidate of a circuit: among several coils the one of most power, none of which is saturated.
 
     Raises CannotServeError if every coil is saturated, and as `candidates` and `evaluate`.
     """

@@ -1,7 +1,7 @@
 """The study of designs: from a requirement to the circuit, the parts and the capacitor that meet it.
 
 The rectifier's mean current of each circuit is measured at a held store (`harvester.storage`),
-which states at once what is there at the voltage needed and how long an empty store takes to it.
+which gives at once the power at the voltage needed and the time of an empty store to it.
 """
 
 import math
@@ -56,23 +56,23 @@ def design(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         A `Scene`, or the path of its file; its load is ignored.
-    needs
+    needs : str, optional
         Power at a voltage, such as "40 uW at 3.3 V". Default: the consumption of the scene's
         [node].
-    wake
+    wake : float or str, optional
         Longest charging time from empty to that voltage (s, or a text such as "10 s").
-    spread
+    spread : mapping or list of str or str, optional
         Manufacturing spreads of keys, as ``vary`` of `tolerance`, such as "frequency=2Hz".
-    limit
+    limit : list of str or str, optional
         Limits such as "peak_displacement < 1 mm" (harmonic excitation) and "mean_power > 50 uW".
-    circuits, chips
+    circuits, chips : list of str, optional
         Names of netlists, the simplest first, and of chips. Default: bridge, doubler, series_sshi,
         parallel_sshi and, under a harmonic excitation, every chip that has a netlist.
-    seed
+    seed : int, default 0
         Random seed.
-    execution
+    execution : Execution, optional
         Folder for design.csv, design.toml and provenance.json, number of workers, and progress.
 
     Returns
@@ -177,7 +177,7 @@ def _nominal(
     seed: int,
     execution: Execution,
 ) -> tuple[dict[str, tuple[Candidate, Given]], list[Diagnostic]]:
-    """What each circuit gives of the scene itself, and which are left out; InputError if none gives anything."""
+    """The answer of each circuit for the scene itself, and those left out; InputError if none gives anything."""
     candidates = dict[str, tuple[Candidate, Given]]()
     left_out = list[Diagnostic]()
 
@@ -308,7 +308,7 @@ def _nearest(
     most = (
         ""
         if bound is None
-        else f"; no device of this mass takes more than {amount(bound.value, 'W')}"
+        else f"; no device of this mass absorbs more than {amount(bound.value, 'W')}"
     )
     out = f" (left out: {', '.join(reason.about for reason in left_out)})" if left_out else ""
     return (

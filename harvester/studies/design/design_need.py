@@ -1,4 +1,4 @@
-"""What a design must do: a power at a voltage, how soon, and limits."""
+"""The requirements of a design: a power at a voltage, how soon, and limits."""
 
 import re
 from collections.abc import Sequence
@@ -34,14 +34,14 @@ class DesignNeed:
 
     @property
     def load(self) -> float:
-        """The resistance (ohm) that takes the power at the voltage."""
+        """The resistance (ohm) that draws the power at the voltage."""
         return self.voltage**2 / self.power
 
 
 def read_need(
     scene: Scene, needs: str | None, wake: float | str | None, limit: Sequence[str] | str
 ) -> DesignNeed:
-    """What texts ask for; without ``needs`` what the scene's [node] takes.
+    """The needs in texts; without ``needs`` those of the scene's [node].
 
     Raises InputError for texts of another form, a scene without [node] if ``needs`` is left out,
     and a limit of the displacement under noise.
@@ -84,11 +84,11 @@ def _read(argument: str, text: str, kind: Kind) -> float:
 def _of_node(
     scene: Scene, wake: float | None, limits: tuple[Limit, ...], written: str
 ) -> DesignNeed:
-    """What a scene's [node] takes on average, at its wake voltage."""
+    """The mean power of a scene's [node], at its wake voltage."""
     node = scene.node
     if node is None:
         raise InputError(
-            "`needs` must be given, such as '40 uW at 3.3 V', where the scene has no [node]"
+            "`needs` must be given, such as '40 uW at 3.3 V', if the scene has no [node]"
         )
     sleep = node.sleep_current or 0.0
     asleep = node.interval - sum(seconds for _, seconds in node.states)

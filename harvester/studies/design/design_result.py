@@ -1,4 +1,4 @@
-"""What `harvester design` decides: the circuit with its parts, what it gives, and what else could be."""
+"""The decision of `harvester design`: the circuit with its parts, its answer, and the alternatives."""
 
 from typing import TYPE_CHECKING, ClassVar
 
@@ -21,15 +21,15 @@ class DesignCandidate(Result):
 
     Attributes
     ----------
-    circuit, coil
+    circuit, coil : str or None
         the name of the netlist, and that of the coil; None without one.
-    available
+    available : Value
         a `Value`: the mean power (W) that is there at the voltage needed.
-    share_met
+    share_met : float or None
         the share of devices that meet everything; None if it was not computed.
-    wake
+    wake : float or None
         the time (s) from empty to the voltage needed; None if it is never reached.
-    meets
+    meets : bool
         whether the device of the scene meets everything.
 
     Examples
@@ -50,44 +50,44 @@ class DesignCandidate(Result):
 
 
 class DesignResult(TableResult):
-    """A decision, and the candidates that it was taken from.
+    """A decision, and the candidates among which it was made.
 
     Attributes
     ----------
-    circuit, coil
+    circuit, coil : str or None
         the name of the netlist, and that of the coil; None without one.
-    settings
+    settings : dict
         the netlist's parameters, in SI units, next to load and capacitor.
-    power_needed
+    power_needed : float
         the power needed (W).
-    load_resistance
-        the resistance (ohm) that takes the power needed at the voltage needed.
-    capacitor
+    load_resistance : float
+        the resistance (ohm) that draws the power needed at the voltage needed.
+    capacitor : float
         the smallest of the series E6 (F) that keeps the voltage within 1 % over half a period, or a
         node's packet.
-    available
+    available : Value
         a `Value`: the mean power (W) that is there at the voltage needed.
-    wake
+    wake : float
         the time (s) from empty to the voltage needed.
-    largest_displacement
+    largest_displacement : float or None
         the largest on the way there (m); None under noise.
-    met
+    met : ShareInterval or None
         the share of devices that meet everything, with its interval; None without a spread.
-    verdict
+    verdict : dict
         each requirement, and whether the device of the scene meets it.
-    runner_up
+    runner_up : str or None
         the circuit that comes second; None if no other meets everything.
-    bound
-        the most that any device of this mass could take (W), and why; None if no bound applies.
-    candidates
+    bound : PowerBound or None
+        the most that any device of this mass could absorb (W), and why; None if no bound applies.
+    candidates : tuple of DesignCandidate
         all that were looked at, in the order of the decision.
-    scene
-        the scene with what was chosen.
-    seconds, steps
-        what the computation took.
-    physical
+    scene : Scene
+        the scene with the chosen parts.
+    seconds, steps : float or int
+        the cost of the computation.
+    physical : bool
         whether its numbers are in SI units: they are.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -128,7 +128,7 @@ class DesignResult(TableResult):
 
     @property
     def share_of_possible(self) -> float | None:
-        """What is available over the most that any device of this mass could take; None without a bound."""
+        """The available power over the upper bound for any device of this mass; None without a bound."""
         return None if self.bound is None else self.available.value / self.bound.value
 
     @property
@@ -151,5 +151,5 @@ class DesignResult(TableResult):
         return table_of(self.candidates, "", self.unit_names)
 
     def plot(self, title: str | None = "") -> "Plot":
-        """Draw what each circuit gives next to what is needed, as a matplotlib figure."""
+        """Draw the power of each circuit next to the requirement, as a matplotlib figure."""
         return drawing.draw(self, self.scene.title if title == "" else title)

@@ -1,7 +1,7 @@
 """The share of devices that meet a requirement with one circuit: every device is measured, or a curve through some.
 
 For one key that scatters, `NODES` devices are measured, and power, speed of waking and displacement
-between them follow a monotone curve; what that states without every other of them is its error.  Of
+between them follow a monotone curve; its change without every other of them is its error.  Among
 several keys `SAMPLES` devices are.
 """
 

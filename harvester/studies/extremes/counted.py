@@ -1,7 +1,7 @@
 """The largest values of a long path in blocks, and its impacts: counted where Rice's formula does not hold.
 
 The path is that of the exact RC update (`harvester.mechanics.trace`).  A block is so long
-that its largest value tells nothing of the next block's: its length is doubled until their
+that its largest value is independent of the next block's: its length is doubled until their
 correlation is below `UNCORRELATED`.
 """
 

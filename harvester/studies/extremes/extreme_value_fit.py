@@ -15,7 +15,7 @@ SHAPE = 0.2  # of the size, for each e-fold beyond what was counted
 
 @dataclass(frozen=True)
 class RareTail:
-    """The largest value over a long time of what many blocks do not have at all, such as the speed of rare impacts.
+    """The largest value over a long time of a quantity that many blocks lack, such as the speed of rare impacts.
 
     Clusters of impacts beyond a threshold are a Poisson process of ``rate`` in a block, and the squares of their speeds
     exceed it by an exponential variate of the mean ``size``, as energies beyond a high level of a narrow-band response
@@ -23,7 +23,7 @@ class RareTail:
 
         P(threshold + y) = exp(-n rate exp(-y/size)),   y >= 0,
 
-    so that a block without an impact tells the rate, and nothing of the speeds.  Shapes as in `Tail`.
+    so that a block without an impact counts for the rate, not for the speeds.  Shapes as in `Tail`.
     """
 
     threshold: float
@@ -34,8 +34,8 @@ class RareTail:
     def largest(self, share: float, blocks: float) -> Value:
         """The level that ``blocks`` blocks stay below with the probability ``share``, with its errors.
 
-        Beyond the energies that were counted the law may have another shape: of each further e-fold
-        `SHAPE` of the size is the model error.
+        Beyond the energies that were counted the law may have another shape: for each further
+        e-fold `SHAPE` of the size is the model error.
         """
         folds = np.maximum(np.log(self.rate * blocks / -math.log(share)), 0.0)
         levels = np.sqrt(self.threshold + self.size * folds)
@@ -53,8 +53,8 @@ class RareTail:
 def rare(maxima: Floats, seed: int = 0) -> RareTail | None:
     """The tail of blocks of which many have 0, by maximum likelihood; None if fewer than `FEW` have another.
 
-    The threshold is the median of what is not 0.  For a size the likeliest rate is (blocks beyond the threshold)/(sum
-    of exp(-y/size) over all), with y = 0 below it.
+    The threshold is the median without zeros.  For a size the likeliest rate is (blocks beyond the
+    threshold)/(sum of exp(-y/size) over all), with y = 0 below it.
     """
     from scipy.optimize import minimize_scalar
 
@@ -92,9 +92,10 @@ class Tail:
         G(y) = exp(-(1 - k (y - m)/s)^(1/k)),
 
     fitted by L-moments (Hosking, Wallis and Wood, Technometrics 27, 1985); the largest of a time T = n B stays below y
-    with the probability G(y)^n.  What is fitted are squares, y = a^2: of a narrow-band response they are energies,
-    whose largest values come to such a distribution soonest.  Blocks that are drawn anew give the sampling error:
-    the parameters have the shape (draws,), of which the first is of all blocks, the others of redraws.
+    with the probability G(y)^n.  Squares are fitted, y = a^2: for a narrow-band response they are
+    energies, whose largest values come to such a distribution soonest.  Blocks that are drawn anew
+    give the sampling error: the parameters have the shape (draws,), of which the first is of all
+    blocks, the others of redraws.
     """
 
     location: Floats

@@ -35,18 +35,18 @@ class Extremes(TableResult):
 
     Attributes
     ----------
-    lifetime
+    lifetime : float
         how long the device is used (s, or 1/w0).
-    levels
+    levels : dict
         of each quantity (peak_displacement, peak_voltage, peak_impact_speed, and peak_strain if
         the scene has its piezo.strain_per_displacement) the level, a `Value`, that a share of
         devices stays below: ``levels["peak_voltage"][0.95]`` (m, V, m/s).
-    impact_rate
+    impact_rate : Value or None
         a `Value`: the mean number of impacts a unit of time; None without a stop and if impacts
         accumulate.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -122,15 +122,15 @@ def extremes(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    lifetime
+    lifetime : float or str
         in seconds (nondimensional scene: 1/w0), or a text such as "5 years".
-    seed
+    seed : int, default 0
         the same seed, the same noise.
-    counted
+    counted : bool, default False
         extrapolate from a path also if Rice's formula holds.
-    passages
+    passages : bool, default False
         by the rate of first passages of engine `Density`, without sampling: the displacement alone.
 
     Returns
@@ -192,7 +192,7 @@ def _by_passages(problem: Problem, span: float) -> Extremes:
 
     if math.isfinite(sum(problem.equations.rigid_stops)):
         raise CannotServeError(
-            "`passages` must go with a side without a rigid stop, but both sides have one"
+            "`passages` must be used with a side without a rigid stop, but both sides have one"
         )
     served(Density, problem)
     units = problem.units
@@ -223,7 +223,7 @@ def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) ->
 
 
 def check_extremes(scene: AnyScene, lifetime: float | str) -> None:
-    """Raise what `extremes` would for an invalid lifetime, or a scene that has no largest values."""
+    """Raise the errors of `extremes` for an invalid lifetime, or a scene that has no largest values."""
     problem = Problem.of(scene)
     read_lifetime(lifetime, problem)
     check_served(problem)

@@ -31,7 +31,7 @@ def check_served(problem: Problem) -> None:
         raise CannotServeError(f"`lifetime` is for a load resistance or none: {reason}")
     if not problem.equations.is_shaken_by_white_noise:
         raise CannotServeError(
-            "`lifetime` must go with white noise alone, but the scene has other shaking, or no noise"
+            "`lifetime` must be used with white noise alone, but the scene has other shaking, or no noise"
         )
 
 
@@ -53,11 +53,12 @@ def strain_factor(problem: Problem) -> float | None:
 
 
 def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -> dict[str, Value]:
-    """The levels that |displacement| and |voltage| of a linear scene stay below over a lifetime with a probability.
+    """The levels that |displacement| and |voltage| in a linear scene stay below over a lifetime with a probability.
 
     And the piezo's strain if the scene has its piezo.strain_per_displacement.  In the scene's
-    units; the error is up to where every passage counts alone (`harvester.linear.level_crossings`).
-    Under a sinusoid alone they are the amplitudes, whatever the lifetime.
+    units; the error is up to levels at which every passage counts alone
+    (`harvester.linear.level_crossings`). Under a sinusoid alone they are the amplitudes, whatever
+    the lifetime.
 
     Raises SimulationError if no stationary response exists.
     """
@@ -87,7 +88,7 @@ def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -
 class CountedLevels:
     """Levels of each quantity for each of `SHARES`, and the impacts a second (None without a stop), in scene's units.
 
-    ``path`` is what was counted, and ``blocks`` how many blocks of it a lifetime has.
+    ``path`` is the counted path, and ``blocks`` how many blocks of it a lifetime has.
     """
 
     levels: dict[str, dict[float, Value]]
@@ -104,7 +105,7 @@ def counted_levels(
     A quantity that stays 0 on the path, such as the voltage without coupling, has none, nor has the
     speed of impacts that too few blocks have.
 
-    Raises InputError for a lifetime that is shorter than the motion takes to forget itself, and
+    Raises InputError for a lifetime that is shorter than the memory of the motion, and
     SimulationError if the path has no stationary response.
     """
     units = problem.units
@@ -112,7 +113,7 @@ def counted_levels(
     n_blocks = lifetime * units.frequency / path.block
     if n_blocks < LEAST_TIMES:
         raise InputError(
-            f"`lifetime` must be at least {path.block / units.frequency:.3g}, which the motion takes to forget "
+            f"`lifetime` must be at least {path.block / units.frequency:.3g}, which the motion needs to forget "
             f"itself, but is {lifetime:.3g}"
         )
     named = {"peak_displacement": (path.x, units.length), "peak_voltage": (path.V, units.volts)}
@@ -134,7 +135,7 @@ def counted_levels(
 def limited_peaks(
     problem: Problem, lifetime: float, seed: int = 0, blocks: int = BLOCKS
 ) -> dict[str, Value]:
-    """What a limit may ask of one device: the level of each quantity that 95 % stay below, and the mean impact rate.
+    """The limited quantities of one device: the level of each quantity that 95 % stay below, and the mean impact rate.
 
     Raises as `counted_levels`.
     """

@@ -6,8 +6,8 @@ Passages of a high level are a Poisson process of the rate lambda(a) of
     P(largest |x| in T below a) = exp(-lambda(a) T)
 
 The level of a share p of devices has lambda(a) = -ln(p)/T, which secants of ln lambda over a^2
-find.  Its error is that of ln lambda by a finer mesh and by fewer modes, and what the motion takes
-to forget its beginning, over d ln lambda/da.
+find.  Its error is that of ln lambda by a finer mesh and by fewer modes, and the time that the
+motion needs to forget its beginning, over d ln lambda/da.
 """
 
 import math

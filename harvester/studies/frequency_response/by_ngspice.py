@@ -34,7 +34,7 @@ FROM_REST = "from rest"
 
 
 def directions(driven: HarmonicDrive) -> tuple[str, ...]:
-    """The ways over the frequencies that ngspice goes: one, or up and down for a mass that is not linear."""
+    """The ways over the frequencies of ngspice: one, or up and down for a mass that is not linear."""
     return ("up", "down") if linear_growth(driven.problem.equations) is None else (FROM_REST,)
 
 
@@ -43,8 +43,8 @@ def by_ngspice(
 ) -> tuple[list[ResponsePoint], list[Failure], list[Diagnostic]]:
     """The points, the frequencies without one, and the warnings.
 
-    Raises CannotServeError for what the engine does not know, MissingProgramError without ngspice,
-    and the last error if no frequency has a point.
+    Raises CannotServeError for an effect that the engine lacks, MissingProgramError without
+    ngspice, and the last error if no frequency has a point.
     """
     served(type(engine), driven.problem)
     check_one_mode(driven.problem.equations)
@@ -110,9 +110,9 @@ def _state(near: "Neighbour | CircuitStart") -> State:
 
 
 def _neighbour(state: State) -> "Neighbour | CircuitStart":
-    """A neighbour from a file, whose names of nodes go into a netlist and must be no more than names.
+    """A neighbour from a file, whose names of nodes enter a netlist and must be no more than names.
 
-    Raises ValueError for what is none.
+    Raises ValueError for another text.
     """
     from harvester.circuits.circuit_period import CircuitStart
     from harvester.cosimulation.periodic_responses import Neighbour

@@ -1,8 +1,8 @@
-"""A response up the frequencies and down again by trajectories that go on from each frequency to the next.
+"""A response up the frequencies and down again by trajectories that continue from each frequency to the next.
 
-They keep their motion, the phase of the drive, and with a circuit of ideal elements what its
-capacitors hold, so that a response of two branches (a hardening or softening spring, a stop) shows
-the hysteresis of a slow sweep at the bench.
+They keep their motion, the phase of the drive, and with a circuit of ideal elements the charge that
+its capacitors hold, so that a response of two branches (a hardening or softening spring, a stop)
+shows the hysteresis of a slow sweep at the bench.
 """
 
 import math
@@ -39,7 +39,7 @@ def continued(
 ) -> list[ResponsePoint]:
     """The points up and down again, by engine `ensemble` or `ideal`.
 
-    Raises CannotServeError for what the engine does not know; UnboundedResponseError and
+    Raises CannotServeError for an effect that the engine lacks; UnboundedResponseError and
     SimulationError as `harvester.mechanics.ensemble.burn_in.until_steady`.
     """
     model = engine.model(served(type(engine), driven.problem))
@@ -65,7 +65,7 @@ def continued(
 
 
 def _state(trajectories: "Trajectories") -> State:
-    """What trajectories continue from, as JSON knows it."""
+    """The state from which trajectories continue, as JSON knows it."""
     arrays = {name: getattr(trajectories, name).tolist() for name in ("state", "filter", "words")}
     return {"h": trajectories.h, "seed": list(trajectories.seed.spawn_key), **arrays}
 
@@ -73,7 +73,7 @@ def _state(trajectories: "Trajectories") -> State:
 def _trajectories(
     problem: Problem, circuit: "IdealCircuit | OwnCircuit | None", seed: int, state: State | None
 ) -> "Trajectories":
-    """Trajectories at rest (None), or of a state from a file; ValueError and such for what is none."""
+    """Trajectories at rest (None), or of a state from a file; ValueError and such for another content."""
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
     eqs = problem.equations
@@ -91,7 +91,7 @@ def _trajectories(
 
 
 def _steady(before: "Trajectories", problem: Problem, engine: Ensemble) -> "RichardsonPair":
-    """Go on from the motion at another frequency: steady means there, and beside them those of twice the step."""
+    """Continue from the motion at another frequency: steady means there, and next to them those of twice the step."""
     from harvester.mechanics.ensemble.burn_in import until_steady
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.kernels.step_size import STEP, shorter_step, typical_frequency
@@ -145,10 +145,11 @@ def _spread(each: Floats) -> float:
 def _phases(
     problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | OwnCircuit | None"
 ) -> Phases:
-    """The phases of displacement and voltage to the base, on one path that goes on from where the trajectories are.
+    """The phases of displacement and voltage to the base, on one path that continues from the trajectories.
 
     They are in the middle of a drift there, half a step after the drive's phase that their filter has, and so is the
-    drive that this path has.  None if its displacement is not that of the trajectories: it went to another response.
+    drive that this path has.  None if its displacement is not that of the trajectories: it moved to
+    another response.
     """
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
     from harvester.mechanics.trace import trace

@@ -1,4 +1,4 @@
-"""The points of a frequency response, and what they say: peak, half-power bandwidth, hysteresis."""
+"""The points of a frequency response, and their summary: peak, half-power bandwidth, hysteresis."""
 
 import itertools
 from collections.abc import Callable, Mapping
@@ -34,7 +34,7 @@ class Failure(NamedTuple):
 
 
 class DirectionPeak(Result):
-    """The largest power of one direction, where it is, and the half-power bandwidth there (None: beyond the sweep)."""
+    """Largest power of one direction, its frequency, and the half-power bandwidth there (None: beyond the sweep)."""
 
     NOT_IN_JSON = frozenset({"direction"})
     NOT_SHOWN = frozenset({"points"})
@@ -50,27 +50,27 @@ class DirectionPeak(Result):
 class FrequencyResponse(TableResult):
     """A frequency response: the points of the sweep up, then of the sweep down, each in the order in which it was made.
 
-    Engine `Spice` goes over those of a linear mass once: the one direction is "from rest".
+    Engine `Spice` runs through those of a linear mass once: the one direction is "from rest".
 
     Attributes
     ----------
-    points
+    points : tuple of ResponsePoint
         a point for each frequency and direction, with ``frequency``, ``mean_power``,
         ``voltage_rms`` and ``displacement_rms``.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    remarks
+    remarks : tuple of Diagnostic
         warnings and notes next to those of the curve itself.
-    resolved
+    resolved : bool
         whether the peak and its half-power points are among the points; else the peak is the best
         of them.
-    engine
+    engine : str
         the name of the engine that computed it.
-    level
+    level : float or None
         the amplitude of the base's acceleration in g; None if absent.
-    varied
+    varied : mapping
         scene keys that this response has of its own, with their values in SI units.
-    failures
+    failures : tuple of Failure
         frequencies without a point, and why.
 
     Examples
@@ -118,7 +118,7 @@ class FrequencyResponse(TableResult):
         return None if edges is None else edges[1] - edges[0]
 
     def edges(self, direction: str) -> tuple[float, float] | None:
-        """The frequencies to either side of the peak where the power is half of it; None if one is beyond the sweep.
+        """The frequencies to either side of the peak at which the power is half of it; None if one is beyond the sweep.
 
         Linear between the frequencies of the sweep, whose spacing is the resolution.
         """
@@ -139,7 +139,7 @@ class FrequencyResponse(TableResult):
 
     @property
     def hysteresis(self) -> list[float]:
-        """The frequencies where up and down differ in E[v^2] by more than 1 % and their errors; none without both."""
+        """Frequencies at which up and down differ in E[v^2] by more than 1 % and their errors; empty without both."""
         frequencies = list[float]()
         if not {"up", "down"} <= set(self.directions):
             return frequencies
@@ -164,7 +164,7 @@ class FrequencyResponse(TableResult):
 
     @property
     def peaks(self) -> Table:
-        """The peaks: one row where up and down have the same."""
+        """The peaks: one row if up and down have the same."""
         rows = list(self.sweeps.values())
         if not self.hysteresis and len({row.peak_frequency for row in rows}) == 1:
             rows = [replace(rows[0], direction=" and ".join(self.directions))]
@@ -228,7 +228,7 @@ class FrequencyResponse(TableResult):
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """Its remarks, and what its points say: where the true peaks may be, hysteresis, what failed or differs."""
+        """Its remarks, and those of its points: places of the true peaks, hysteresis, failures and differences."""
         hertz = f" {self.unit_names.frequency}".rstrip()
         remarks = list(self.remarks)
         remarks += [remark for direction in self.directions for remark in self._where(direction)]
@@ -253,7 +253,7 @@ class FrequencyResponse(TableResult):
         return tuple(remarks)
 
     def _where(self, direction: str) -> list[Diagnostic]:
-        """Where the true peak may be: between the neighbours of the best point, or beyond the sweep."""
+        """The place of the true peak: between the neighbours of the best point, or beyond the sweep."""
         f = [p.frequency for p in self.sweep(direction)]
         best = self.peak(direction).frequency
         hertz = f" {self.unit_names.frequency}".rstrip()

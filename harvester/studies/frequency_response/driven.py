@@ -1,4 +1,4 @@
-"""A scene with a harmonic drive at one frequency after another, and what of it a frequency response cannot show."""
+"""A scene with a harmonic drive at one frequency after another, and its parts that a response cannot show."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

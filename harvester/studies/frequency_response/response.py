@@ -68,7 +68,7 @@ def _frequencies(problem: Problem, sweep: Sweep) -> tuple[float, ...]:
 
 
 def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Points | None:
-    """The combinations of the varied keys' values; InputError for the frequency, and for what no scene can be."""
+    """The combinations of the varied keys' values; InputError for the frequency, and for impossible values."""
     if not vary:
         return None
     problem = Problem.of(scene)
@@ -79,9 +79,7 @@ def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Po
     )
     swept = HarmonicDrive(problem).frequency_key
     if swept in points.keys:
-        raise InputError(
-            f"`vary` must leave out {swept}, which is what `sweep` goes over, but names it"
-        )
+        raise InputError(f"`vary` must leave out {swept}, which `sweep` varies, but names it")
     points.check(problem.scene)
     return points
 
@@ -107,16 +105,16 @@ def response(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene` with a harmonic drive, or the path of a scene file.
-    sweep
+    sweep : str or list of float
         frequencies in Hz (nondimensional scene: rad), or a text FROM:TO:COUNT such as "3Hz:9Hz:61".  With a text, a
         response in closed form has more points than that: its peak, its half-power points and some between.
-    seed
+    seed : int, default 0
         the same seed, the same noise.
-    tick
+    tick : callable, optional
         is called with the engine's name after each frequency.
-    engine
+    engine : Engine or str, optional
         an engine or its name, as of `responses`.
 
     Returns
@@ -152,22 +150,22 @@ def responses(
     seed: int = 0,
     tick: Callback | None = None,
 ) -> FrequencyResponses:
-    """The responses for all combinations of the values that scene keys take, and by each of some engines.
+    """The responses for all combinations of the values of scene keys, and by each of some engines.
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene` with a harmonic drive, or the path of a scene file.
-    sweep
+    sweep : str or list of float
         frequencies, as of `response`.
-    vary
+    vary : mapping or Points, optional
         keys and their values, as of `sweep`: {"load.resistance": "10k:1M:3"}.
-    engines
+    engines : list of Engine or str, optional
         engines or their names: "exact", "ensemble", "ideal", "compiled" and "spice"; by default "exact" for a linear
         scene, "spice" for a netlist, else "ensemble".  "spice" by its name has a budget for each point.
-    seed
+    seed : int, default 0
         the same seed, the same noise.
-    tick
+    tick : callable, optional
         is called with the engine's name after each frequency.
 
     Returns
@@ -207,7 +205,7 @@ def _responses(
     report_reused: Callback = _nothing,
     journal: ResponseJournal | None = None,
 ) -> FrequencyResponses:
-    """All curves; each step goes into the ``journal`` at once, and those that were there call ``report_reused``."""
+    """All curves; each step is written to the ``journal`` at once, and those that were there call ``report_reused``."""
     several = (
         [dict[str, float]()] if points is None else [points.varied(k) for k in range(len(points))]
     )
@@ -268,7 +266,8 @@ def draw(
 
     These are response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json.  ``per_g`` draws power
     and voltage over the base's amplitude.  Each frequency that is done is in response.journal until then; ``resume``
-    takes those of an earlier run that was interrupted, and calls ``report_reused`` (default: ``report``) for each.
+    uses those of an earlier run that was interrupted, and calls ``report_reused`` (default:
+    ``report``) for each.
 
     Raises as `responses`, and InputError for an earlier response that was another one.
     """
@@ -277,7 +276,7 @@ def draw(
     HarmonicDrive(problem)
     if per_g and not problem.physical:
         raise InputError(
-            "`per_g` must go with a physical scene, whose base has an acceleration, but is given"
+            "`per_g` must be used with a physical scene, whose base has an acceleration, but is given"
         )
     chosen = engines_of(problem, engines, seed)
     points = points_of(problem, vary)

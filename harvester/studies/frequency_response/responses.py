@@ -1,4 +1,4 @@
-"""Several frequency responses side by side: of several values of scene keys, such as loads, and by several engines."""
+"""Several frequency responses side by side: for several values of scene keys, such as loads, and by several engines."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ class FrequencyResponses(TableResult):
 
     Attributes
     ----------
-    curves
+    curves : tuple of FrequencyResponse
         a `FrequencyResponse` each.
 
     Examples
@@ -67,7 +67,7 @@ class FrequencyResponses(TableResult):
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """The remarks of the responses, each once; of many responses with hysteresis how many there are."""
+        """The remarks of the responses, each once; for many responses with hysteresis how many there are."""
         several = len(self.curves) > 1
         remarks = without_repeats(remark for curve in self.curves for remark in curve.diagnostics)
         rest = [remark for remark in remarks if not several or remark.code not in ONE_EACH]
@@ -76,7 +76,7 @@ class FrequencyResponses(TableResult):
         return tuple(rest)
 
     def plot(self, title: str | None = "", per_g: bool = False) -> "Plot":
-        """Draw the curves; of many values of one key a map of the power over frequency and value."""
+        """Draw the curves; for many values of one key a map of the power over frequency and value."""
         return drawing.draw(self, title, per_g=per_g)
 
     def as_json(self) -> dict[str, Any]:

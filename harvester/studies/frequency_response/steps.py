@@ -1,7 +1,7 @@
 """The finished steps of a response: each frequency, with the state from which the next one begins.
 
 They are in response.journal at once, a row each (`harvester.studies.sweep.journal`), until the
-files of the response are whole; `--resume` takes them from there, and continues from the last state
+files of the response are whole; `--resume` reads them from there, and continues from the last state
 as an undisturbed run would.
 """
 
@@ -29,7 +29,7 @@ Callback = Callable[[], None]
 
 @dataclass(frozen=True)
 class Step:
-    """A frequency that is done: its point, its warnings, and the state to go on from (None: the next is from rest)."""
+    """A frequency that is done: its point, its warnings, and its state for the next (None: the next is from rest)."""
 
     point: ResponsePoint
     warnings: tuple[Diagnostic, ...] = ()
@@ -41,7 +41,7 @@ _STEPS = TypeAdapter(Step)
 
 @dataclass
 class Steps:
-    """The steps of one curve by one engine: those that an earlier run did, and where further ones go.
+    """The steps of one curve by one engine: those of an earlier run, and the place of further ones.
 
     ``on_computed`` is called after each that is computed, ``on_reused`` after each that was there.
     """
@@ -77,7 +77,7 @@ class ResponseJournal:
     ) -> Steps:
         """Those of one curve, by the engine of this index among the engines.
 
-        Raises InputError for a row that is not what this version writes.
+        Raises InputError for a row of another version.
         """
 
         def keep(number: int, step: Step) -> None:
@@ -99,7 +99,7 @@ class ResponseJournal:
 
 @contextmanager
 def as_written() -> Iterator[None]:
-    """Raise InputError if what is read from the journal is not what this version writes there."""
+    """Raise InputError if the journal was written by another version."""
     try:
         yield
     except (
@@ -110,7 +110,7 @@ def as_written() -> Iterator[None]:
         OverflowError,
     ):  # pydantic's and NumPy's too
         raise InputError(
-            f"`resume` must find {RESPONSE.file} as it was written, but a step in it is none of this version: remove it"
+            f"`resume` must find {RESPONSE.file} as it was written, but a step in it is of another version: remove it"
         ) from None
 
 

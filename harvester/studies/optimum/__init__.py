@@ -1,1 +1,1 @@
-"""Where the power is largest: ranges of scene keys, evaluations, response surface, peaks with intervals."""
+"""The search for the largest power: ranges of scene keys, evaluations, response surface, peaks with intervals."""

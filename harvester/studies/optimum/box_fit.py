@@ -62,8 +62,8 @@ def next_box(fit: Fit, u: Floats, width: Floats) -> tuple[Floats, Floats, bool]:
     """The middle and half-widths of the box to fit after this one, and whether it is good enough to stop there.
 
     A box moves towards a peak outside it, shrinks if its polynomial does not fit, grows if
-    the curvature drowns in the noise, and ends at the size where the power falls by `DROP` from its
-    middle to its faces.
+    the curvature drowns in the noise, and ends at the size at which the power falls by `DROP` from
+    its middle to its faces.
     """
     middle = np.clip(u + width * fit.best, 0.0, 1.0)
     doubtful = fit.on_face & ~fit.surely_on_face

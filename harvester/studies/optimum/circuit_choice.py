@@ -31,7 +31,7 @@ UNLIKE = 1.5
 class CircuitChoice(Optimum, kw_only=True):
     """The optimum of the circuit of most power, and those of the other circuits.
 
-    ``best`` is the name of that circuit.  It is None if that cannot be said: the budget of a
+    ``best`` is the name of that circuit.  It is None if that is not known: the budget of a
     circuit of less power ended before its first scan did.  ``alike`` are circuits whose power
     cannot be distinguished from that of the best: the intervals of both overlap.  ``unsound`` are
     those that cannot be compared, as their power has not settled, was cut off or has no known
@@ -39,9 +39,9 @@ class CircuitChoice(Optimum, kw_only=True):
 
     Attributes
     ----------
-    engine, keys, estimate, peaks, points, seconds, diagnostics, scanned
+    engine, keys, estimate, peaks, points, seconds, diagnostics, scanned : see Optimum
         those of the best circuit, as of `Optimum`.
-    optima
+    optima : dict
         the `Optimum` of each circuit by its name, or the error if it has none.
 
     Examples
@@ -126,7 +126,7 @@ class CircuitChoice(Optimum, kw_only=True):
 
     @property
     def circuits(self) -> Table:
-        """A row a circuit, the one of most power first; as they were given if that cannot be said."""
+        """A row a circuit, the one of most power first; as they were given if that is not known."""
         if self.best is None:
             return self._rows([*self.optima.items()])
         return self._rows(
@@ -173,7 +173,7 @@ class CircuitChoice(Optimum, kw_only=True):
         return "cut short" if name in self.unfinished else "complete"
 
     def _remarks(self) -> list[Diagnostic]:
-        """What is to be said of the choice, and of each circuit."""
+        """The remarks on the choice, and of each circuit."""
         remarks = [note("best_circuit", best=self.best, alike=" and ".join(self.alike))]
         if self.best is None:
             remarks = [note("no_best_circuit", early=" and ".join(self.unscanned))]
@@ -215,9 +215,9 @@ def best_circuit(
     budget: float | str,
     execution: Execution,
 ) -> CircuitChoice:
-    """Optimise each of several circuits over the keys by itself, and say which has the largest mean power.
+    """Optimise each of several circuits over the keys by itself, and name the one that has the largest mean power.
 
-    ``circuits`` are names of netlists or paths; the scene's parameters are taken over by those that
+    ``circuits`` are names of netlists or paths; the scene's parameters are passed to those that
     have them.  All circuits together have the ``budget`` for each, and each a folder in that of the
     ``execution``, next to circuits.csv. First all are scanned alike
     (`harvester.studies.optimum.race`).

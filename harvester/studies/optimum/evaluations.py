@@ -28,7 +28,7 @@ _TOGETHER = 64  # points of an engine of formulas between two looks at the clock
 
 
 class SpentError(Exception):
-    """The budget has ended; what was found before then counts."""
+    """The budget has ended; the results until then count."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Evaluation:
 
     @property
     def is_sound(self) -> bool:
-        """Whether its power may stand beside others (`harvester.answers.estimate.Estimate.is_sound`)."""
+        """Whether its power may be compared with others (`harvester.answers.estimate.Estimate.is_sound`)."""
         return isinstance(self.answer, Estimate) and self.answer.is_sound
 
 

@@ -130,7 +130,7 @@ class FormulaSearch:
         return self.highest(begin)
 
     def separate(self, peaks: list[Peak]) -> list[Peak]:
-        """The peaks that have a dip between them, best first; of those on one hill only the best."""
+        """The peaks that have a dip between them, best first; on one hill only the best."""
         kept: list[Peak] = []
         for peak in sorted(peaks, key=lambda p: -p.power.value):
             if not any(self.on_one_hill(peak, other) for other in kept):

@@ -1,7 +1,7 @@
 """The Pareto front of two objectives: the largest power for each bound on another quantity.
 
 The quantity's best value in the ranges and its value at the largest power are the ends; between
-them the power is made as large as it can be under a bound that goes from one to the other (epsilon
+them the power is made as large as it can be under a bound that moves from one to the other (epsilon
 constraint; Haimes, Lasdon, Wismer 1971).
 """
 

@@ -1,6 +1,6 @@
 """The search for the optimum of an engine that knows the gradient of the power, without noise.
 
-For the logarithm L(u) of the power over the unit cube of the keys, a scan finds where to begin, a
+For the logarithm L(u) of the power over the unit cube of the keys, a scan finds the starts, a
 quasi-Newton method (L-BFGS-B) climbs from there within the ranges, and a Newton step with the
 curvature H = d2L/du2, from differences of the gradient g, ends the climb:
 
@@ -8,7 +8,7 @@ curvature H = d2L/du2, from differences of the gradient g, ends the climb:
     t = |g(u + h) + g(u - h) - 2 g(u)|/|g(u + h) - g(u - h)|
 
 The error of g is that of the engine's own solution; t, by which the curvature changes over h, is
-what second order leaves out.  Keys at an end of their range, if the power would rise beyond it,
+the terms beyond second order.  Keys at an end of their range, if the power would rise beyond it,
 stay there.
 """
 

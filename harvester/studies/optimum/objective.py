@@ -1,4 +1,4 @@
-"""What a search is to make as large as it can be: the mean power, that of most devices, or a front of two aims."""
+"""The quantity that a search maximises: the mean power, that of most devices, or a front of two aims."""
 
 import math
 from collections.abc import Sequence
@@ -17,10 +17,10 @@ ObjectiveSpec: TypeAlias = str | float | Sequence[str | float]
 
 @dataclass(frozen=True)
 class Objective:
-    """The power that all but a ``share`` of the devices exceed (None: the mean), and a second aim besides.
+    """The power that all but a ``share`` of the devices exceed (None: the mean), and a second aim.
 
-    ``aimed`` is a limit that any value of the second quantity meets, with the sign of what is
-    better: 1 if it is to be high; None without one.
+    ``aimed`` is a limit that any value of the second quantity meets, with the sign of the side that
+    is better: 1 if it is to be high; None without one.
     """
 
     share: float | None = None
@@ -28,7 +28,7 @@ class Objective:
 
     @classmethod
     def of(cls, objective: ObjectiveSpec) -> "Objective":
-        """What the argument ``objective`` describes; raises InputError for what it cannot be."""
+        """The meaning of the argument ``objective``; raises InputError for a wrong one."""
         words = [objective] if isinstance(objective, str | float | int) else list(objective)
         others = [word for word in words if word != POWER]
         shares = [
@@ -51,12 +51,12 @@ def read_share(share: str | float) -> float:
     """A share of devices from 0.1 % to 50 %, from a number or a text such as "5%"; InputError for another."""
     value = reading("`objective`", fraction, share) if isinstance(share, str) else float(share)
     if not 0.001 <= value <= 0.5:
-        raise invalid("`objective`", "be a share of devices between 0.1% and 50%", share)
+        raise invalid("`objective`", "be a share of devices between 0.1 % and 50 %", share)
     return value
 
 
 def read_second(text: str) -> Limit:
-    """The quantity of a second aim, to be low, or high if ``:high`` stands behind it."""
+    """The quantity of a second aim, to be low, or high if ``:high`` follows it."""
     name, colon, way = text.partition(":")
     known = [quantity for quantity in QUANTITIES if quantity != POWER]
     if name not in known:

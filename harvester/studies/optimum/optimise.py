@@ -69,35 +69,35 @@ def optimise(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    vary
+    vary : list of Range or str, or mapping
         each key with the ends of its range, numbers in SI units or texts with their unit, or a text
         such as "1k:10M" or "E24:1k:10M", the values of a series; or a list of texts KEY=LOW:HIGH.
         Several names of "load.netlist" make it choose between circuits, each with its own best
         values of the other keys; all have the ``budget`` each.
-    objective
+    objective : str, float or list of these, default "mean_power"
         "mean_power"; or a share such as "5%": the power of which only 5 % of the devices have less,
         whose parts scatter by ``spread``; or a second quantity such as "peak_displacement", to be
         low (with ":high" behind it high), which makes the answer a front; or a list of both.
-    constraints
+    constraints : list of str or str, optional
         texts such as "voltage_rms < 2 V".  For a limited quantity the value counts that all but the
         share keep.
-    spread, lifetime
+    spread, lifetime : mapping, list of str, float or str, optional
         as ``vary`` and ``lifetime`` of `tolerance`; a percentage is of the values of each place.
-    engine
+    engine : Engine or str, optional
         an engine or its name, by default `Exact` for a linear scene, else `Ensemble`, for a netlist
         `Spice`.  With a share, constraints or a spread it is one of formulas, by default `Exact` if
         it supports, else `Averaged`; for a front without ``spread`` it may sample as well.
-    within
+    within : float or str, default 0.01
         the relative power error at the optimum (0.01 or "1%"); at the ends of the keys' intervals,
         at most a quarter of it is lost.  Only engines that sample, and `Density`, can work towards
         it.
-    budget
+    budget : float or str, default 60.0
         seconds, compilation included, or a text such as "30s".
-    points
+    points : int, optional
         the most designs of a front (default: 9).
-    execution
+    execution : Execution, optional
         has the folder for optimise.csv (all evaluations), optimise.png and provenance.json; of
         circuits for circuits.csv and a folder each; for a front for pareto.csv and pareto.png.
 
@@ -129,7 +129,7 @@ def optimise(
     kind = kind_of_search(vary, objective, constraints, spread, lifetime)
     if points is not None and target.second is None:
         raise InputError(
-            "`points` must go with a second quantity in `objective`, but there is none"
+            "`points` must be used with a second quantity in `objective`, but there is none"
         )
     if points is not None and not 2 <= points <= MOST_POINTS:
         raise invalid("`points`", f"be between 2 and {MOST_POINTS}", points)

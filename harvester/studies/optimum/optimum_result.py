@@ -1,4 +1,4 @@
-"""The answer of a search for the largest power: the keys with intervals, the power there, other peaks, what it took."""
+"""The answer of a search for the largest power: the keys with intervals, the power there, other peaks, its cost."""
 
 from collections import Counter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -67,29 +67,29 @@ class PowerPeak(NamedTuple):
 class Optimum(TableResult, kw_only=True):
     """The largest mean power over ranges of keys.
 
-    The interval of each key is where the optimum lies: at 95 % for an engine that samples
+    The interval of each key has the optimum in it: at 95 % for an engine that samples
     (sampling, shape of the surface and time-step bias), within the model's stated error for a
     formula; ``why`` states the reason why it is missing.
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    keys
+    keys : tuple of OptimalKey
         of each varied key its name ``key``, best ``value`` and interval ``low95`` to ``high95`` (SI
         units).
-    estimate
+    estimate : Estimate
         the engine's `Estimate` at the best place; for an engine that samples with noise that had no
         part in finding the place, for the highest power of many is too high.
-    peaks
+    peaks : tuple of PowerPeak
         all places of a largest power, the best first, each with its keys and power.
-    points
+    points : tuple of Evaluation
         all evaluations, in their order.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
-    scanned
+    scanned : bool
         False if the budget ended before the whole range was looked at: more power may lie anywhere
         in it.
 

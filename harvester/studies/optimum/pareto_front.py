@@ -37,23 +37,23 @@ class ParetoFront(TableResult):
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    quantity
+    quantity : str
         the name of the second quantity.
-    sign
+    sign : int
         -1 if it is to be low, 1 if high.
-    points
+    points : tuple of FrontPoint
         the designs, each with its ``keys``, ``mean_power`` and ``quantity``.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
-    alike
-        designs that an engine that samples cannot tell from the front: they are beaten by less than
-        the errors; in the table they are behind the front.
+    alike : tuple of FrontPoint
+        designs that an engine that samples cannot distinguish from the front: they are beaten by
+        less than the errors; in the table they are behind the front.
 
     Examples
     --------
@@ -115,7 +115,7 @@ class ParetoFront(TableResult):
 
     @property
     def table(self) -> Table:
-        """The designs of the front, and if an engine samples those that cannot be told from it."""
+        """The designs of the front, and if an engine samples those that cannot be distinguished from it."""
         points = (*self.points, *self.alike)
         table = self._rows(points)
         if self.points[0].quantity_error95 is None:
@@ -149,7 +149,7 @@ class ParetoFront(TableResult):
 def remarks(
     quantity: str, sign: int, points: Sequence[FrontPoint], alike: Sequence[FrontPoint]
 ) -> list[Diagnostic]:
-    """What is to be said of a front: its aims, what of its errors is not known, how many designs are alike."""
+    """The remarks on a front: its aims, the unknown part of its errors, how many designs are alike."""
     diagnostics = [note("two_aims", quantity=quantity, aim="high" if sign > 0 else "low")]
     unknown = dict.fromkeys(
         point.mean_power.unknown for point in points if point.mean_power.unknown

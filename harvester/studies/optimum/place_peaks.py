@@ -2,7 +2,7 @@
 
 Places of the ranges and devices about them are drawn together, evenly, with the ends of each; a
 path of each is counted (`harvester.studies.tolerance.peaks`), and polynomials of the keys, by ratio
-if a range is searched by ratio, stand for all others.
+if a range is searched by ratio, represent all others.
 """
 
 import time

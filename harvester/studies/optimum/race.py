@@ -68,7 +68,7 @@ class Race:
         return list(self.waiting)
 
     def _report_plan(self) -> None:
-        """Say what the budget is good for, once a round has shown what a place takes, compilation included."""
+        """State the reach of the budget, once a round has shown the cost of a place, compilation included."""
         seconds = time.perf_counter() - self.start
         search = next(iter(self.searches.values()))
         size = SCAN[search.surface.dimensions]
@@ -90,7 +90,7 @@ class Race:
         self.top = max(sound or self.scan_power, key=self.scan_power.__getitem__, default="")
 
     def optimum(self, name: str, folder: OutputFolder | None) -> Optimum:
-        """What a search finds in its share of the seconds that are left; ``folder`` gets its files.
+        """The result of a search in its share of the seconds that are left; ``folder`` gets its files.
 
         Raises HarvesterError if every place fails, the last error.
         """

@@ -68,7 +68,7 @@ Vary: TypeAlias = Sequence[Range | str] | Mapping[str, Any] | str
 def parse(text: str) -> Range:
     """The range that a text describes, such as ``load.resistance=1k:10M``, or the values of a series: E24:1k:10M.
 
-    Raises InputError for a key that no scene has, or ends that it cannot take.
+    Raises InputError for a key that no scene has, or ends that it cannot have.
     """
     key, equals, ends = text.partition("=")
     series, _, rest = ends.partition(":")
@@ -110,7 +110,7 @@ def ranges(vary: Vary) -> tuple[Range, ...]:
 
 
 def _pair(item: Any) -> tuple[str, Any]:
-    """A key and what is stated of it; for a text that names none, the text."""
+    """A key and its statement; for a text that names none, the text."""
     if isinstance(item, Range):
         return item.key, item
     if not isinstance(item, str):
@@ -140,7 +140,7 @@ def _circuits(given: str | Sequence[str]) -> tuple[str, ...]:
 
 
 def problem_at(scene: Scene, ranges: Sequence[Range], u: Floats) -> Problem:
-    """The problem at a place in the unit cube; InputError if there can be none."""
+    """The problem at a place in the unit cube; InputError if none is possible."""
     return Problem(scene.varied({r.key: r.value(float(x)) for r, x in zip(ranges, u, strict=True)}))
 
 

@@ -2,9 +2,9 @@
 
 The coefficients are linear in the powers, c = L P, so their covariance is L C L' with C that of the
 powers.  With the same noise at every point of a design most of the error is common to all of it: C,
-measured trajectory by trajectory, knows that, and the error of a difference is small.  What the
-polynomial leaves of the powers beyond their noise, s^2 = |P - X c|^2/(m - k) less its expectation,
-counts as further noise of each: it is the shape that no such polynomial has.
+measured trajectory by trajectory, knows that, and the error of a difference is small.  The part
+that the polynomial leaves of the powers beyond their noise, s^2 = |P - X c|^2/(m - k) less its
+expectation, counts as further noise of each: it is the shape that no such polynomial has.
 
 If the gradient vanishes, its error moves the place by -H^-1 times it (delta method): Cov(x) =
 H^-1 G L C L' G' H^-1.
@@ -144,7 +144,7 @@ class Fit:
 
     @property
     def exits(self) -> Floats:
-        """The `faces` that are no ends of the range, so that the power is higher yet outside the box."""
+        """The `faces` that are not ends of the range, so that the power is higher yet outside the box."""
         wall = np.where(self.faces < 0.0, self.walls[0], self.walls[1])
         return np.where(wall, 0.0, self.faces)
 
@@ -187,7 +187,7 @@ class Fit:
 
     @cached_property
     def half_widths(self) -> Floats:
-        """The half-widths of the 95 % interval of the highest place, shape (keys,); of keys on a face as `_reach`.
+        """The half-widths of the 95 % interval of the highest place, shape (keys,); for keys on a face as `_reach`.
 
         Wider by 1/(1 - (Q/z)^2), as Fieller's interval is, for a curvature of z standard errors (Q:
         the 95 % quantile).

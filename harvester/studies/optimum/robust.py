@@ -3,8 +3,8 @@
 Each place of a search represents many devices, whose parts scatter about the values there.  The
 engine computes a few of them, the same places of the spreads everywhere, and a polynomial through
 these gives the quantile of many.  A place that breaks limits has its power multiplied by
-exp(-`PENALTY` v), v being how far it breaks them, relatively: the search comes to the edge of what
-is allowed, and stays there where the power grows beyond.
+exp(-`PENALTY` v), v being how far it breaks them, relatively: the search comes to the edge of the
+region that is allowed, and stays there if the power grows beyond.
 """
 
 import contextlib
@@ -38,7 +38,7 @@ BINDS = 0.005  # how near to its bound, relatively, a limit is felt
 
 @dataclass(frozen=True)
 class DesignOutcome:
-    """What a design gives: the ``objective`` (power, before any penalty), limited quantities, their ``violation``.
+    """The answer of a design: the ``objective`` (power, before any penalty), limited quantities, their ``violation``.
 
     ``off`` is the relative error of the engine and of the polynomial there, None if it is not
     known; ``quantities`` are those of each limit, in its order.
@@ -59,7 +59,7 @@ class DesignOutcome:
 
 @dataclass(frozen=True)
 class Robust(Engine):
-    """``engine`` for many devices: the mean of the power (``share`` None), or what all but a ``share`` of them exceed.
+    """``engine`` for many devices: the mean of the power (``share`` None), or that exceeded by all but a ``share``.
 
     ``vary`` are pairs of a key and its spread, about the values of each place; none: the device
     unchanged.  For a limit the value counts that all but the ``share`` of devices keep; peaks are
@@ -109,7 +109,7 @@ class Robust(Engine):
         return self._summed(power, square, peaks, _off(answer.mean_power))
 
     def outcome(self, scene: AnyScene) -> tuple[Estimate, DesignOutcome]:
-        """The estimate of the scene unchanged, and what its devices give.
+        """The estimate of the scene unchanged, and the answers of its devices.
 
         Raises HarvesterError if the engine has no answer for it, or for one of its devices.
         """
@@ -149,7 +149,7 @@ class Robust(Engine):
     def _peaks_of_many(
         self, nominal: Scene, devices: Sequence[AnyScene], x: Floats, many: Floats
     ) -> dict[str, Floats]:
-        """The peaks at the keys' values ``many``, by those of ``devices``, at ``x``, or by what was counted."""
+        """The peaks at the keys' values ``many``, by those of ``devices``, at ``x``, or by the counted ones."""
         if self.counted is not None:
             return self.counted.unsafe_levels(
                 nominal, {key: many[:, k] for k, (key, _) in enumerate(self.vary)}
@@ -226,6 +226,6 @@ class Robust(Engine):
 
 
 def _off(power: Value) -> float | None:
-    """The relative error of a power; None if it is not known."""
+    """A power's relative error; None if it is not known."""
     error = power.error95
     return None if error is None or power.value == 0.0 else error / abs(power.value)

@@ -39,8 +39,8 @@ def sampled_front(
     """The front of the power and of the quantity that ``aimed`` names, to be low or high by its sign, under limits.
 
     Raises InputError for limits that cannot be and an engine that does not support the scene;
-    SimulationError if fewer than `FEWEST` places have an answer that keeps the limits, with what to
-    change.
+    SimulationError if fewer than `FEWEST` places have an answer that keeps the limits, with
+    the arguments to change.
     """
     begin = time.perf_counter()
     warnings = list[Diagnostic]()
@@ -113,7 +113,7 @@ def split(
 
 
 def _gains(design: FrontPoint, other: FrontPoint, sign: int) -> tuple[float, float]:
-    """What one has more than another of the power, and of what is good in the quantity."""
+    """The gain of one over another in the power, and in the good direction of the quantity."""
     return design.mean_power.value - other.mean_power.value, sign * (
         design.quantity - other.quantity
     )

@@ -4,11 +4,11 @@ Candidates come from a scout, a cheaper engine, or from a coarse scan of its own
 of points with a polynomial through them (`response_surface`, `box_fit`) climb at a coarse accuracy,
 and grow or shrink until the power falls by `DROP` between the middle and a face: a smaller box
 drowns in noise, a larger one has a shape that no cubic has.  The last box is evaluated at full
-accuracy, again and again with new noise, until its curvature stands above the noise and little
+accuracy, again and again with new noise, until its curvature exceeds the noise and little
 power is lost at the ends of the keys' interval.
 
-The file is long because all steps share what the search has learnt: its seeds, the pilot, the scan,
-the last box.
+The file is long because all steps share the knowledge of the search: its seeds, the pilot, the
+scan, the last box.
 """
 
 import dataclasses
@@ -107,7 +107,7 @@ class SampledSearch:
         return SearchResult(tuple(peaks), flat, tuple(self.warnings), self.scanned)
 
     def _end_early(self, peaks: list[Peak], begin: int) -> None:
-        """Add what the last box shows to the peaks, or failing that the best place since ``begin``, with a warning."""
+        """Add the peak of the last box to the peaks, or failing that the best place since ``begin``, with a warning."""
         rough = self.rough_peak
         if rough is not None and rough.low is not None and not any(p is rough for p in peaks):
             peaks.append(rough)
@@ -150,7 +150,7 @@ class SampledSearch:
 
     @property
     def shares_noise(self) -> bool:
-        """Whether all points of a design get the same seed: where answers hold each trajectory's power."""
+        """Whether all points of a design get the same seed: if answers hold each trajectory's power."""
         return self.pilot is not None and self.pilot.power_samples is not None
 
     @property
@@ -170,7 +170,7 @@ class SampledSearch:
         ]
 
     def scout(self) -> "SampledSearch | None":
-        """The search by a cheaper engine that samples too: for ngspice the circuit of ideal elements, if it has one.
+        """The search by a cheaper engine that also samples: for ngspice the circuit of ideal elements, if it has one.
 
         Under a steady drive there is none: ngspice's periodic response is the cheaper one, and the
         truer.
@@ -250,7 +250,7 @@ class SampledSearch:
         return u, width
 
     def _refine_box(self, u: Floats, width: Floats) -> tuple[Peak, Diagnostic | None]:
-        """The peak in a box, by cubics at full accuracy, and why there is none where the box is flat."""
+        """The peak in a box, by cubics at full accuracy, and why there is none if the box is flat."""
         for box in range(BOXES):
             fit, bias = self._sample_box(u, width)
             inside = not fit.exits.any()
@@ -268,7 +268,7 @@ class SampledSearch:
         return peak_of_box(fit, bias, u, width), None
 
     def _sample_box(self, u: Floats, width: Floats) -> tuple[Fit, Floats]:
-        """Evaluate a box with new noise again and again, until its fit says where to go, or where the peak is."""
+        """Evaluate a box with new noise again and again, until its fit gives the direction, or the peak."""
         rounds: list[list[Evaluation]] = []
         while len(rounds) < ROUNDS:
             rounds.append(self._design(u, width, "box"))
@@ -353,6 +353,6 @@ def _overlap(peak: Peak, other: Peak) -> bool:
 
 
 def _as_high(other: Peak, best: Peak) -> bool:
-    """Whether the sampling error does not tell another peak's power from that of the best."""
+    """Whether the sampling error does not separate another peak's power from that of the best."""
     error = np.hypot(other.power.stderr or 0.0, best.power.stderr or 0.0)
     return bool(best.power.value - other.power.value < half95(error))

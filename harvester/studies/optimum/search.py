@@ -104,7 +104,7 @@ class Search:
     ) -> Optimum:
         """The optimum; an engine that samples may have begun to scan.
 
-        ``found`` is what was found already, if the search is to end with it; ``folder`` gets the
+        ``found`` has the peaks found already, if the search is to end with it; ``folder`` gets the
         files.
         """
         begin = time.perf_counter()
@@ -137,7 +137,7 @@ class Search:
     def _last(self, result: SearchResult) -> tuple[SearchResult, Estimate, list[Diagnostic]]:
         """The answer at the optimum: an engine that samples gives it anew, with noise of its own.
 
-        If that has no time left, the best of what was sound before is the optimum, if nothing is
+        If that has no time left, the best of the sound places before is the optimum, if nothing is
         random.
         """
         surface = self.surface
@@ -222,7 +222,7 @@ class Search:
 
 
 def _failures(points: list[Evaluation], engine: str) -> list[Diagnostic]:
-    """The warnings of an engine's evaluations that failed, and of those that were left out beside sound ones."""
+    """The warnings of an engine's evaluations that failed, and of those that were left out next to sound ones."""
     evaluations = [p for p in points if p.engine == engine]
     failed = [p.answer for p in evaluations if not isinstance(p.answer, Estimate)]
     warnings = []

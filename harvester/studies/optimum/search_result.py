@@ -39,7 +39,7 @@ class Peak:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The peaks of a search, best first; ``flat`` says why no place is better than another, if that is so.
+    """The peaks of a search, best first; ``flat`` states why no place is better than another, if that is so.
 
     ``scanned`` is False if the budget ended before the whole range was looked at: more power may
     lie anywhere.

@@ -40,17 +40,17 @@ class RobustOptimum(Optimum, kw_only=True):
 
     Attributes
     ----------
-    engine, keys, estimate, peaks, points, seconds, diagnostics, scanned
+    engine, keys, estimate, peaks, points, seconds, diagnostics, scanned : see Optimum
         as of `Optimum`.
-    share
+    share : float or None
         the share of the devices that may have less power; None: the power is the mean.
-    limits
+    limits : tuple of Limit
         the constraints.
-    outcome
-        what the devices give at the best design.
-    binds
+    outcome : DesignOutcome
+        the answers of the devices at the best design.
+    binds : tuple of Limit
         the limits that keep the power from growing.
-    limited_peaks
+    limited_peaks : dict
         those of a long path of the best design itself, if the scene is not linear and no part
         scatters; each is a `Value`.
 
@@ -84,7 +84,7 @@ class RobustOptimum(Optimum, kw_only=True):
 
     @property
     def straddled(self) -> tuple[Limit, ...]:
-        """The limits of which a long path cannot tell whether they are met: its interval holds the bound."""
+        """The limits of which a long path does not show whether they are met: its interval holds the bound."""
         known = ((limit, self.limited_peaks.get(limit.quantity)) for limit in self.limits)
         return tuple(
             limit
@@ -107,7 +107,7 @@ class RobustOptimum(Optimum, kw_only=True):
 
     @property
     def limit_table(self) -> Table | None:
-        """The value of each limited quantity, and what a long path says of it; None without limits."""
+        """The value of each limited quantity, and its value on a long path; None without limits."""
         if not self.limits:
             return None
         units = [QUANTITIES[limit.quantity].unit if self.physical else "" for limit in self.limits]
@@ -173,7 +173,7 @@ def robust_request(
     inner = engine_of(formula(problem).NAME if engine is None else engine)
     if not inner.is_formula:
         raise InputError(
-            "`engine` must be one of formulas, such as 'averaged', where `spread`, `constraints` or a series is "
+            "`engine` must be one of formulas, such as 'averaged', if `spread`, `constraints` or a series is "
             f"given, but is {inner.NAME!r}"
         )
     if reason := inner.refusal(problem):
@@ -183,7 +183,7 @@ def robust_request(
     parts = spreads(spread, start, "spread") if spread else ()
     if objective.share is not None and not parts:
         raise InputError(
-            "`objective` of a share must go with `spread`, which makes devices differ, but there is none"
+            "`objective` of a share must be used with `spread`, which makes devices differ, but there is none"
         )
     robust = Robust(
         inner, tuple((part.key, part.written) for part in parts), objective.share, bounds, years

@@ -62,24 +62,24 @@ def predict(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene` with units, or the path of a scene file.
-    prior
+    prior : str, default "bulk"
         the class of the device: "bulk", "composite", "film" or "polymer".
-    known
+    known : mapping, optional
         the origin of the number of frequency, damping, coupling, capacitance, gap or restitution,
         such as ``{"damping": "measured"}``: "unknown", "datasheet", "geometry", "measured_low",
         "measured" or "given", of the frequency also "tuned".
-    engine
+    engine : Engine or str, optional
         an engine or its name for the devices, by default that of `tolerance`.
-    samples, runs
+    samples, runs : int, optional
         the number of devices behind the polynomials, and the number of them that the engine
         computes, as of `tolerance`.
-    seed
+    seed : int, default 0
         the same seed, the same devices.
-    computed
+    computed : Value, optional
         the mean power of the scene as it is written, if it is known already.
-    execution
+    execution : Execution, optional
         the workers, and the folder.
 
     Returns

@@ -48,28 +48,30 @@ class Prediction(Result):
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed the devices.
-    prior
+    prior : str
         the class of the device, by which its priors were chosen.
-    computed
+    computed : Value
         the mean power of the scene as it is written, a `Value` (W) with the error of the
         computation alone.
-    power, voltage
+    power, voltage : RealDevice
         of a real device: ``median``, ``low`` and ``high`` ends of the 95 % interval (W, V rms).
-    quantities
+    quantities : tuple of UncertainQuantity
         the quantities that scatter, that whose measurement narrows the interval most first.
-    model_sigma
+    model_sigma : float
         the standard deviation of the logarithm of the power for the model error.
-    samples
+    samples : int
         the number of devices.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    physical
+    physical : bool
         whether its numbers are in SI units: always.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
+    Examples
+    --------
     >>> import harvester as hv
     >>> result = hv.predict("examples/plate_harmonic.toml", samples=256)
     >>> result.power.low < result.power.median < result.power.high

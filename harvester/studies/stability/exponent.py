@@ -30,20 +30,20 @@ class Stability(TableResult):
 
     Attributes
     ----------
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    published
+    published : float
         by the paper's Eq. 38, misprints corrected.
-    averaged, model
+    averaged, model : float or None
         by our averaging, and its estimated error (None: unknown).
-    ensemble
+    ensemble : Value
         a `Value`: by Monte Carlo.  If there is a stop and no noise, the step's part in its error is
         at least the distance from ``noiseless``.
-    noiseless
+    noiseless : float or None
         the exact exponent without noise; None: the mass leaves the stop for good.
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
-    region
+    region : tuple of Edge
         the edge of stability in the plane of the load and the parametric noise, if it was computed.
 
     Examples
@@ -113,13 +113,13 @@ def stability(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    seed
+    seed : int, default 0
         the same seed, the same noise.
-    trajectories, duration
+    trajectories, duration : int or float, optional
         of the Monte Carlo; the duration is in units of 1/w0, also for a physical scene.
-    execution
+    execution : Execution, optional
         has the folder for the region of stability, for which the scene's own mu and D22 do not
         matter: stability.csv and stability.png; ``out``, ``formats`` and ``progress`` alone.
 
@@ -132,9 +132,9 @@ def stability(
     Raises
     ------
     InputError
-        for a folder that cannot be written, and what `Execution` has for other studies.
+        for a folder that cannot be written, and the options that `Execution` has for other studies.
     CannotServeError
-        for a netlist load, and if the linearised motion about x = 0 says nothing of rest.
+        for a netlist load, and if the linearised motion about x = 0 has no information on rest.
     SimulationError
         if the linearised motion stops dead (restitution 0 without a voltage).
 

@@ -1,4 +1,4 @@
-"""The client of a Dask scheduler as an executor: its address is checked, and what goes wrong there is one line."""
+"""The client of a Dask scheduler as an executor: its address is checked, and an error there is one line."""
 
 import asyncio
 import logging

@@ -54,15 +54,15 @@ def compute_table(
 
     Each finished point is in sweep.journal at once; `resume` keeps those of an earlier run of the
     same sweep and computes the others, also those that failed.  A point that fails is a row with
-    its error.  Whoever computes, the answers are the same, but for their seconds, and for what a
+    its error.  Whoever computes, the answers are the same, but for their seconds, and for the values that a
     budget makes of these.  The progress is reported the rows of each engine.  A ``budget`` (s) is
-    that of all rows together; ``in_place_of``: for which formulas an engine stands.  Each point has
+    that of all rows together; ``in_place_of``: for which formulas an engine is used.  Each point has
     independent noise, or with ``common_noise`` all have that of the engine's seed.  The engine
     named ``check`` runs at few points only: a third of them, at most `CHECKS`, and one if it is
     ngspice.
 
     Raises InputError for a point that no scene can be, before anything is computed, an option that
-    no engine takes, a folder that cannot be written, or an earlier sweep that was another one;
+    no engine supports, a folder that cannot be written, or an earlier sweep that was another one;
     KeyboardInterrupt at ^C, with a text that states how to continue; HarvesterError when every
     point failed, the last error; the table is written all the same.
     """
@@ -107,7 +107,7 @@ def compute_table(
 
 
 def _answers(todo: Iterator[Task], execution: Execution, budget: float | None, rows: int) -> Done:
-    """The tasks with their answers, from the executor, this process, or a pool, which loads what draws meanwhile.
+    """The tasks with their answers, from the executor, this process, or a pool, which loads the drawing code meanwhile.
 
     A ``budget`` is shared by the ``rows`` that sample.
     """
@@ -187,7 +187,7 @@ class _Sweep:
         return AnswerUnits.of("nondimensional" not in self.about["scene"])
 
     def begin(self) -> None:
-        """Begin the journal, with what an earlier run did, and the files."""
+        """Begin the journal, with the results of an earlier run, and the files."""
         now = identity(self.about)
         kept = list(self._kept(now)) if self.execution.resume else []
         self.journal.begin(now, kept)

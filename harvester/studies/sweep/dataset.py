@@ -22,8 +22,8 @@ Variable = tuple[tuple[str, ...], Any, dict[str, str]]  # dimensions, values and
 MEANINGS = {
     "_stderr": "standard error of the {}",
     "_dof": "degrees of freedom of the standard error of the {}",
-    "_step_bias": "estimated error of the step in the {}",
-    "_model_bias": "estimated error of the model in the {}",
+    "_step_bias": "estimated step error in the {}",
+    "_model_bias": "estimated model error in the {}",
     "_error95": "error of the {} at 95 %",
     "_unknown": "parts of the error of the {} that are not known",
 }
@@ -31,7 +31,7 @@ PURE = ("_dof", "_unknown")
 
 
 class TableShape(Protocol):
-    """What a dataset reads of a `harvester.SweepTable`, which stands above it."""
+    """The part of a `harvester.SweepTable` that a dataset reads; the table is above it."""
 
     @property
     def axes(self) -> Sequence[Axis]:
@@ -167,7 +167,7 @@ def _laid_out(cells: Sequence[Any], indices: Sequence[int], size: int) -> Any:
 
 
 def _meaning(column: Column, name: str, is_text: bool) -> dict[str, str]:
-    """The attributes of a variable: what it is, and its unit."""
+    """The attributes of a variable: its meaning, and its unit."""
     end = name.removeprefix(column.name)
     meaning = MEANINGS.get(end, "{}").format(column.head)
     if is_text:
@@ -179,7 +179,7 @@ def _meaning(column: Column, name: str, is_text: bool) -> dict[str, str]:
 
 
 def _attributes(about: Mapping[str, Any]) -> dict[str, str]:
-    """The attributes of a dataset that state where its numbers come from."""
+    """The attributes of a dataset that state the origin of its numbers."""
     known = {
         "title": about.get("scene", {}).get("title", ""),
         "source": f"harvester {about.get('versions', {}).get('harvester', '')}".strip(),

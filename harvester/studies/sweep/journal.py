@@ -1,8 +1,8 @@
-"""What a sweep or a response has done so far: an SQLite database beside its files, until these are whole.
+"""The progress of a sweep or a response: an SQLite database next to its files, until these are whole.
 
 Each finished task is one transaction, so that whatever ends the program costs the points in flight
 only.  The database does not wait for the disk: a failure of the machine's power may damage it, and
-then costs what came after sweep.csv was last written (of a response: all).
+then costs the points after the last writing of sweep.csv (of a response: all).
 
 Each row has a checksum of all that it states, of the sweep, and of the versions that made it.  It
 finds accidents and edits by hand; it has no secret, so that it keeps no forger out.
@@ -30,7 +30,7 @@ _CACHE = 200  # KiB: a long sweep does not grow
 
 @dataclass(frozen=True)
 class JournalRow:
-    """What is done: which ``point``, by the engine of which ``engine_index``, and the ``content``, as JSON.
+    """A finished point: which ``point``, by the engine of which ``engine_index``, and the ``content``, as JSON.
 
     ``kept`` are the versions that made a row which was kept by others, and these, pair by pair.
     """
@@ -101,7 +101,7 @@ class Journal:
         if not free:
             os.close(self._folder)
             busy = f"another {self.kind.name} is writing"
-            raise InputError(f"`out` must be no folder that {busy}, but {str(out)!r} is")
+            raise InputError(f"`out` must not be a folder that {busy}, but {str(out)!r} is")
 
     def earlier(self, now: Mapping[str, str]) -> list[JournalRow] | None:
         """The rows of an earlier run of the same study; None without a journal, or it is damaged.
@@ -171,7 +171,7 @@ class Journal:
         return cursor.fetchone() is not None
 
     def add(self, rows: Sequence[JournalRow]) -> None:
-        """Write rows, all at once; InputError if the disk does not take them, and then none of them."""
+        """Write rows, all at once; InputError if the disk does not accept them, and then none of them."""
         with self._transaction():
             self._insert(rows)
 
@@ -188,14 +188,14 @@ class Journal:
         return int(self._execute("SELECT count(*) FROM rows").fetchone()[0])
 
     def interrupted(self, whole: str) -> KeyboardInterrupt:
-        """What ^C raises, with how many of the ``whole``, such as "9 points", are done, and how to go on."""
+        """The error of ^C, with how many of the ``whole``, such as "9 points", are done, and how to continue."""
         done = f"{self.count()} of {whole} are in {str(self.path.parent)!r}"
         return KeyboardInterrupt(
-            f"interrupted: {done}; the same command with `resume` goes on from there"
+            f"interrupted: {done}; the same command with `resume` continues from there"
         )
 
     def close(self) -> None:
-        """Let go of the folder; the file stays."""
+        """Release the folder; the file stays."""
         self._disconnect()
         if self._folder >= 0:
             os.close(self._folder)
@@ -213,7 +213,7 @@ class Journal:
                 # SQLite would wait for a pipe's writer, and follow a link
                 if path.is_symlink() or (path.exists() and not path.is_file()):
                     raise InputError(
-                        f"`out` must take {self.path.name}, but there is a {path.name} that is no file: remove it"
+                        f"`out` must take {self.path.name}, but there is a {path.name} that is not a file: remove it"
                     )
             address = (
                 f"{self.path.absolute().as_uri()}?nolock={int(not self._locks)}"
@@ -243,7 +243,7 @@ class Journal:
 
     @contextlib.contextmanager
     def _disk_errors(self) -> Iterator[None]:
-        """Say that a disk takes no more; reading needs room too, where a transaction that failed must be undone."""
+        """Report that a disk is full; reading also needs room, if a transaction that failed must be undone."""
         try:
             yield
         except sqlite3.OperationalError as error:

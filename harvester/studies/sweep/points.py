@@ -22,7 +22,7 @@ MOST_BYTES = 64_000_000  # of a list of points
 
 @dataclass(frozen=True)
 class Axis:
-    """A scene key and the values that it takes, in SI units."""
+    """A scene key and its values, in SI units."""
 
     key: str
     values: tuple[float, ...]
@@ -38,7 +38,7 @@ def read_axis(text: str) -> Axis:
 
     FROM:TO:COUNT is spaced evenly, by ratio if the ends differ tenfold.
 
-    Raises InputError for a key that no scene has, or values that it cannot take.
+    Raises InputError for a key that no scene has, or values that it cannot have.
     """
     key, equals, written = text.partition("=")
     if not equals:
@@ -69,7 +69,7 @@ def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
         return read_axis(f"{key}={values}")
     key = ".".join(split_key(key))
     if len(values) == 0:
-        raise InputError(f"{key} must have values to take, but has none")
+        raise InputError(f"{key} must have values, but has none")
     return Axis(
         key,
         tuple(
@@ -82,8 +82,8 @@ def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
 class Points:
     """The points of a sweep: all combinations of the axes' values, the last axis fastest, or a list (``listed``).
 
-    The n-th point of a list takes the n-th value of each axis.  ``argument`` is the argument that the points come from,
-    if it is not that of a sweep.
+    The n-th point of a list has the n-th value of each axis.  ``argument`` is the argument that the
+    points come from, if it is not that of a sweep.
 
     Raises InputError for a key that is named twice, more than `MOST_POINTS` points, and listed axes
     of unequal length or none.
@@ -157,7 +157,7 @@ def grid(axes: Sequence[Axis]) -> Points:
 def read_points(path: str | Path) -> Points:
     """A list of points from a CSV file: scene keys in the first line, then one point a line, units allowed.
 
-    Raises InputError if the file cannot be read, or says something that no scene key can take, with
+    Raises InputError if the file cannot be read, or has something that no scene key can have, with
     the line.
     """
     data = files.read(path, "`points`", MOST_BYTES)

@@ -1,4 +1,4 @@
-"""The rows of a sweep: what an engine answered at a point, or why it did not; in the journal, and as a table's columns.
+"""The rows of a sweep: an engine's answer at a point, or why there is none; in the journal, and as a table's columns.
 
 Numbers have nine digits from the first, so that a row that is read from sweep.csv is the one that
 was written there.
@@ -44,11 +44,11 @@ AT_ONCE = 1000  # rows that are written at once
 
 @dataclass(frozen=True)
 class SweepRow:
-    """What an engine answered at a point of a sweep, where the scene keys are those ``varied``, in SI units.
+    """An engine's answer at a point of a sweep, whose scene keys are those ``varied``, in SI units.
 
     Without an answer its numbers are None, and ``error`` states why.  ``responses`` is how many a
     steady drive has, if a search from many starts was made; ``bound`` the most that any device of
-    this mass could take of the shaking.
+    this mass could absorb from the excitation.
 
     >>> SweepRow.answered(Estimate("exact", False, Value(0.1), Value(0.2), {}, (), 0.0123, 0)).mean_power
     0.1
@@ -95,12 +95,12 @@ class SweepRow:
 
     @property
     def written(self) -> str:
-        """The row as JSON: of each value the parts that it has, of each warning its code and numbers."""
+        """The row as JSON: for each value the parts that it has, for each warning its code and numbers."""
         parts = dataclasses.asdict(self, dict_factory=_without_empty)
         return json.dumps(parts, default=lambda scalar: scalar.item(), separators=(",", ":"))
 
     def with_units(self, units: Mapping[str, str]) -> "SweepRow":
-        """The row with the units of its values, which a file of an earlier run does not tell."""
+        """The row with the units of its values, which a file of an earlier run lacks."""
         values = {name: getattr(self, name) for name in units}
         known = {
             name: dataclasses.replace(v, unit=units[name])
@@ -119,7 +119,7 @@ class SweepRow:
 
 
 def columns_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits) -> Table:
-    """The rows as a table: all that sweep.csv says."""
+    """The rows as a table: all the contents of sweep.csv."""
     columns = [
         Column(key, [row.varied[key] for row in rows], unit_of(key), exact=True) for key in keys
     ]
@@ -191,7 +191,7 @@ def read_cells(cells: Mapping[str, str]) -> SweepRow | None:
 
 
 def _read_value(cells: Mapping[str, str], name: str) -> Value:
-    """The value whose parts stand in columns that begin with its name."""
+    """The value whose parts are in columns that begin with its name."""
     texts = {part: cells[name + end] for end, part in PARTS.items() if part != "error95"}
     parts: dict[str, Any] = {
         part: text if part == "unknown" else _number(text) for part, text in texts.items()
@@ -200,7 +200,7 @@ def _read_value(cells: Mapping[str, str], name: str) -> Value:
 
 
 def _without_empty(parts: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    """Names and parts without those that say nothing: a short row, of which a long sweep has many."""
+    """Names and parts without the empty ones: a short row, of which a long sweep has many."""
     return {name: part for name, part in parts if part is not None and part not in ("", (), {})}
 
 

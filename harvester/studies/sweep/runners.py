@@ -38,7 +38,7 @@ def in_this_process(tasks: Iterator[Task]) -> Done:
 def pool(
     tasks: Iterator[Task], workers: int, meanwhile: Callable[[], object] | None = None
 ) -> Done:
-    """Compute the tasks in a number of worker processes, which share the cores; ``meanwhile`` is called once beside it.
+    """Compute the tasks in a number of worker processes, which share the cores; ``meanwhile`` is called once.
 
     A process that dies is replaced; its task is tried once more, a batch then point by point, and
     is an error if that dies as well.
@@ -81,7 +81,8 @@ def by_executor(tasks: Iterator[Task], executor: Any) -> Done:
     Dask gives a task whose worker died to another worker; one that ended several is computed point
     by point, and a point that did is an error.
 
-    Raises SimulationError if the executor goes while it is needed, or has no worker for `PATIENCE`.
+    Raises SimulationError if the executor disappears while it is needed, or has no worker for
+    `PATIENCE`.
     """
     name = (
         f"the Dask scheduler at {executor.scheduler.address}"
@@ -100,7 +101,7 @@ def by_executor(tasks: Iterator[Task], executor: Any) -> Done:
         )
         if is_there:
             raise
-        raise SimulationError(f"{name} has gone: start another, and `resume`") from None
+        raise SimulationError(f"{name} has disappeared: start another, and `resume`") from None
 
 
 def _by_executor(tasks: Iterator[Task], executor: Any, name: str) -> Done:
@@ -143,7 +144,7 @@ def _by_executor(tasks: Iterator[Task], executor: Any, name: str) -> Done:
 
 
 def _has_lost_its_workers(executor: Any) -> bool:
-    """Whether the last worker of a Dask scheduler goes: what a task raises then is not the task's error."""
+    """Whether the last worker of a Dask scheduler disappears: an error of a task then is not the task's error."""
     if not hasattr(executor, "nthreads"):
         return False
     end = time.monotonic() + LEAVING

@@ -1,4 +1,4 @@
-"""Whether an earlier run in a folder was the same study, and by which versions: what `resume` may take from it."""
+"""Whether an earlier run in a folder was the same study, and by which versions: the part that `resume` may use."""
 
 import hashlib
 import json
@@ -15,9 +15,9 @@ VERSIONS = ("harvester", "numpy", "scipy", "numba", "PySpice", "ngspice")
 
 @dataclass(frozen=True)
 class JournalKind:
-    """What a study keeps: its ``name``, and what of its provenance makes it the same study.
+    """The identity of a study: its ``name``, and the part of its provenance that makes it the same study.
 
-    ``remedy`` is what removing a damaged journal leads to.
+    ``remedy`` is the result of removing a damaged journal.
     """
 
     name: str
@@ -33,7 +33,7 @@ class JournalKind:
 SWEEP = JournalKind(
     "sweep",
     ("scene_digest", "netlist", "points", "vary", "engines", "noise"),
-    "to go on from sweep.csv",
+    "to continue from sweep.csv",
 )
 
 
@@ -53,14 +53,14 @@ def identity(about: Mapping[str, Any], kind: JournalKind = SWEEP) -> dict[str, s
 
 
 def short_hash(text: str) -> str:
-    """A hash that tells texts apart."""
+    """A hash that distinguishes texts."""
     return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()[:16]
 
 
 def check_same(
     out: Path, before: object, now: Mapping[str, str], kind: JournalKind = SWEEP
 ) -> None:
-    """Raise InputError, with what differs, if the identity of the earlier study in a folder is not that of now."""
+    """Raise InputError, with the difference, if the identity of the earlier study in a folder is not that of now."""
     for key in kind.same:
         if not isinstance(before, dict) or before.get(key) != now[key]:
             raise InputError(

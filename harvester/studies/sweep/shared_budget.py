@@ -1,4 +1,4 @@
-"""The budget of a whole sweep, shared anew whenever a row begins: what one takes too much, the others have less."""
+"""The budget of a whole sweep, shared anew whenever a row begins: the excess of one is lost to the others."""
 
 import dataclasses
 import time
@@ -14,8 +14,9 @@ LEAST = 0.25  # of its share, that a row gets whatever rows took beyond theirs
 class SharedBudget:
     """So many ``seconds`` for ``rows`` rows of engines that sample, of which ``beside`` are computed at a time.
 
-    A row gets its share of what is left, less the time that every row of its engine so far took beyond what it was
-    given, as ngspice does until it has started and charged.  One that begins with less than that time is left out.
+    A row gets its share of the rest, less the time that every row of its engine so far used beyond
+    the share it was given, as ngspice does until it has started and charged.  One that begins with
+    less than that time is left out.
     """
 
     def __init__(self, seconds: float, rows: int, beside: int) -> None:
@@ -44,7 +45,7 @@ class SharedBudget:
         return dataclasses.replace(task, engine=dataclasses.replace(task.engine, budget=given))  # type: ignore[type-var]
 
     def watch(self, done: Done) -> Done:
-        """The answers as they come, of which the times are taken."""
+        """The answers as they come, whose times are measured."""
         for task, answers in done:
             begin, given = self._given.pop((task.engine_index, task.points), (0.0, 0.0))
             if given:

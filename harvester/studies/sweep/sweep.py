@@ -32,21 +32,21 @@ def sweep(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    vary
+    vary : mapping or Points or list of Axis
         scene keys, such as "load.resistance", and their values: numbers in SI units, texts with
         their unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line, such as
         "1k:10M:25", whose values each are the same multiple of the one before.
-    engines
+    engines : list of Engine or str, or str, optional
         engines or their names; "all" for those that support the scene.  By default `Exact` for a
         linear scene, for a netlist `Spice` next to `Ideal`, else `Ensemble` next to the formulas,
         which `Density`, or `Spice` to 5 %, checks at a third of the points, at most three.  For a
         netlist `Ideal`, else `Compiled`, is computed in place of formulas.
-    execution
+    execution : Execution, optional
         who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and
         provenance.json; without a folder nothing is left on the disk.
-    common_noise
+    common_noise : bool, default False
         let all points have the same noise, so that differences between points have a smaller error;
         by default each point has independent noise.
 
@@ -59,7 +59,7 @@ def sweep(
     Raises
     ------
     InputError
-        for a key that no scene has, a value that it cannot take, or a folder that cannot be
+        for a key that no scene has, a value that it cannot have, or a folder that cannot be
         written.
     HarvesterError
         if every point failed, the last error.
@@ -92,7 +92,7 @@ def sweep(
 
 
 class SweepEngines(NamedTuple):
-    """The engines of a sweep, the formulas that each stands for, and which one checks the others at few points."""
+    """The engines of a sweep, the formulas that each replaces, and which one checks the others at few points."""
 
     engines: Sequence[Named]
     stand_ins: dict[str, list[str]]
@@ -100,7 +100,7 @@ class SweepEngines(NamedTuple):
 
 
 def chosen(problem: Problem, which: Sequence[Named] | None) -> SweepEngines:
-    """The engines that are asked for, all that serve for `ALL`, or those of a sweep where none are."""
+    """The engines that are asked for, all that support the scene for `ALL`, or those of a sweep if none are."""
     if which:
         everybody = which == ALL or list(which) == [ALL]
         return SweepEngines(*for_circuit(problem, serving(problem) if everybody else which), None)
@@ -113,7 +113,7 @@ def chosen(problem: Problem, which: Sequence[Named] | None) -> SweepEngines:
 def for_circuit(
     problem: Problem, which: Sequence[Named]
 ) -> tuple[Sequence[Named], dict[str, list[str]]]:
-    """Engines whose answers stand in one figure, and for each that is in place of formulas the names of these.
+    """Engines whose answers share one figure, and for each that is in place of formulas the names of these.
 
     No formula knows a netlist: in their place is the circuit of ideal elements, `Ideal`, else
     `Compiled`.

@@ -28,17 +28,17 @@ class SweepTable(TableResult):
 
     Attributes
     ----------
-    axes
+    axes : tuple of Axis
         the varied keys with their values.
-    rows
+    rows : tuple of SweepRow
         a row for each point and engine: ``varied`` (keys in SI units), ``engine``, ``mean_power``,
         ``mean_square_voltage``, ``seconds``, ``error``, ``warnings``.
-    points
+    points : sequence of int
         the number of each row's point, in the order of the grid (the last key fastest) or of the
         list.
-    listed
-        whether the points are not grid: each takes the n-th value of every axis.
-    about
+    listed : bool
+        whether the points are not grid: each has the n-th value of every axis.
+    about : mapping
         the provenance: versions, scene, seed, machine.
 
     Examples
@@ -81,7 +81,7 @@ class SweepTable(TableResult):
 
     @property
     def vary(self) -> dict[str, list[float]]:
-        """The varied scene keys and the values that each takes."""
+        """The varied scene keys and the values of each."""
         return {axis.key: list(axis.values) for axis in self.axes}
 
     @property
@@ -91,12 +91,12 @@ class SweepTable(TableResult):
 
     @property
     def along(self) -> Axis:
-        """The axis that curves are drawn along: that of the most values, the first of equals; of a list the first."""
+        """The axis that curves are drawn along: that with the most values, the first of equals; in a list the first."""
         return self.axes[0] if self.listed else max(self.axes, key=lambda axis: len(axis.values))
 
     @property
     def table(self) -> Table:
-        """All that sweep.csv says."""
+        """All the contents of sweep.csv."""
         return columns_of(self.keys, self.rows, self.unit_names)
 
     @property
@@ -106,7 +106,7 @@ class SweepTable(TableResult):
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """Of each engine the first warning, how many points have several responses, and why the first point failed."""
+        """For each engine the first warning, how many points have several responses, and why the first point failed."""
         in_place = self.about.get("in_place_of", {}).items()
         stand_ins = [
             note("stands_for_formulas", name, formulas=" and ".join(those))
@@ -174,7 +174,7 @@ def _of_check(
 
 
 def _remarks(engine: str, rows: Sequence[SweepRow]) -> Iterator[Diagnostic]:
-    """What an engine's rows have to say: the first of each kind, and how many have it."""
+    """The remarks of an engine's rows: the first of each kind, and how many have it."""
     warned = [row.warnings[0] for row in rows if row.warnings]
     several = [row.responses for row in rows if row.responses is not None]
     failed = [row.error for row in rows if row.error]

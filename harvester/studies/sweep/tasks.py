@@ -1,7 +1,7 @@
-"""What is computed in one go: one point of an engine that samples, or a batch for an engine of formulas.
+"""A unit of computation: one point of an engine that samples, or a batch for an engine of formulas.
 
-An engine with continuation goes from the answer at one point to that at the next, through a few
-points at a time, which are always the same ones.
+An engine with continuation continues from the answer at one point to that at the next, through a
+few points at a time, which are always the same ones.
 """
 
 import dataclasses
@@ -45,7 +45,7 @@ class Task:
 
     @property
     def by_continuation(self) -> bool:
-        """Whether its engine goes from point to point."""
+        """Whether its engine continues from point to point."""
         return self.continues and len(self.points) > 1
 
     def again(self) -> "list[Task]":
@@ -87,7 +87,7 @@ def tasks(
     alone: bool = False,
     check: str | None = None,
 ) -> Iterator[Task]:
-    """The tasks of a sweep, made one by one; ``is_missing(point, index)`` says what is not done yet.
+    """The tasks of a sweep, made one by one; ``is_missing(point, index)`` states the missing ones.
 
     A batch is always the same points, also if some of them are done: an answer's last digits
     depend on the batch.  Without ``common_noise`` each point has noise of its own; ``alone``:
@@ -125,7 +125,7 @@ def _seeds(engine: Engine, points: Sequence[int]) -> tuple[int, ...] | None:
 def _at_once(
     engine: Engine, scene: Scene, points: Points, first: int, alone: bool
 ) -> tuple[int, bool]:
-    """How many points an engine computes in one go from the first on, and if it continues."""
+    """How many points an engine computes at once from the first on, and if it continues."""
     if engine.is_formula:
         return BATCH, False
     if len(points) == 1:
@@ -140,9 +140,9 @@ def _at_once(
 
 
 def compute_alone(task: Task) -> tuple[list[Answer], bool]:
-    """Compute a task in a worker process, and state whether that may take another one.
+    """Compute a task in a worker process, and state whether that may accept another one.
 
-    If an engine goes from point to point, ngspice runs in this very process, which is not
+    If an engine continues from point to point, ngspice runs in this very process, which is not
     started for more; a task that ended its process before, or whose runs may be given up at the end
     of a budget, has processes of ngspice as elsewhere.
     """

@@ -1,7 +1,7 @@
 """Which devices are computed: quasi-random samples of all spreads at once, and each key alone at its ends.
 
 Places are Sobol's scrambled sequence in the unit cube, which fills it more evenly than random ones.
-Keys that go together are tied by a Gaussian copula: the places become normal numbers, get the
+Correlated keys are tied by a Gaussian copula: the places become normal numbers, get the
 correlation matrix C = L L^T by the factor L, and become places again,
 
     u' = Phi(L Phi^-1(u)),
@@ -39,7 +39,7 @@ def sobol_points(count: int, dimensions: int, seed: int) -> Floats:
 def correlation(
     given: Sequence[str] | Mapping[tuple[str, str], float], keys: Sequence[str]
 ) -> Floats | None:
-    """The matrix of correlations that texts ``A,B=.7`` or pairs describe, shape (n, n); None if absent.
+    """The matrix of correlations that texts ``A,B=0.7`` or pairs describe, shape (n, n); None if absent.
 
     Raises InputError for a text of another form, a key that is not varied, a number outside -1 to
     1, and correlations that cannot be true together.
@@ -75,7 +75,7 @@ def _pair(text: str) -> tuple[tuple[str, str], float]:
         return (keys[0], keys[1]), float(value)
     except ValueError:
         raise InputError(
-            f"`correlate` must be KEY,KEY=NUMBER, such as piezo.coupling,piezo.capacitance=.7, but is {shown(text)}"
+            f"`correlate` must be KEY,KEY=NUMBER, such as piezo.coupling,piezo.capacitance=0.7, but is {shown(text)}"
         ) from None
 
 
@@ -111,7 +111,8 @@ def one_alone(key: int, dimensions: int) -> Floats:
 def outer(dimensions: int, matrix: Floats | None = None) -> Floats:
     """The places at which a key alone is at `OUTER` and at 1 - `OUTER`, shape (2 dimensions, dimensions).
 
-    Keys that are tied to it are at their mean there.  With them a polynomial need not reach beyond what was computed.
+    Keys that are tied to it are at their mean there.  With them a polynomial need not reach beyond
+    the computed places.
     """
     from scipy.special import ndtr, ndtri
 

@@ -72,7 +72,7 @@ class Limit:
 
 
 def parse(text: str, physical: bool = True, quantities: Mapping[str, Kind] = QUANTITIES) -> Limit:
-    """The limit that a text such as ``mean_power > 5 uW`` describes; of a nondimensional scene without unit.
+    """The limit that a text such as ``mean_power > 5 uW`` describes; for a nondimensional scene without unit.
 
     Raises InputError for a text of another form, a quantity that is not among ``quantities``, with
     the nearest match, and a bound that is not one of its values.
@@ -119,12 +119,12 @@ def lifetime_of(
         span = read_lifetime(lifetime, problem)
         if not peaks:
             raise InputError(
-                f"`lifetime` must go with a limit of {' or '.join(PEAKS)}, but there is none"
+                f"`lifetime` must be used with a limit of {' or '.join(PEAKS)}, but there is none"
             )
         check_served(problem)
     for name in (SPEED, RATE):
         if name in peaks and not problem.equations.has_stop:
-            raise InputError(f"a limit of {name} must go with a stop, but the scene has none")
+            raise InputError(f"a limit of {name} must be used with a stop, but the scene has none")
     if STRAIN in peaks and strain_factor(problem) is None:
         raise InputError(
             f"piezo.strain_per_displacement must be given for a limit of {STRAIN}, but is left out "

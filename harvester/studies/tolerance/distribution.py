@@ -1,6 +1,6 @@
 """Quantiles of samples, and the share of them that meets limits, both with intervals.
 
-Quasi-random samples scatter less than random ones, for which the intervals hold: of a quantile the
+Quasi-random samples scatter less than random ones, for which the intervals hold: for a quantile the
 order statistics between which it lies with 95 % (binomial), of a share Wilson's.  The engine's own
 error, a share ``off`` of each value, moves all of them up or down together: the intervals hold both
 ends.

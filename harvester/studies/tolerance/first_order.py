@@ -1,19 +1,19 @@
-"""Tolerances of first order: the linear law of the power from its gradient, and what it leaves out.
+"""Tolerances of first order: the linear law of the power from its gradient, and its remainder.
 
 About the middle x0 of all spreads an engine with a gradient gives P0 and g = dP/dx; for a netlist g
 is the slope between each key's 5 % and 95 % points, on the same noise.  Each device has
 
     P1(x) = P0 + g (x - x0)
 
-Each key alone at its 5 % and 95 % points is computed as well, which tells its curvature c_k, and so
+Each key alone at its 5 % and 95 % points is computed as well, which gives its curvature c_k, and so
 are the two places
 
     x0 -+ 1.645 C g/sqrt(g C g),    C the covariance of the keys,
 
 at which, of all devices of a power that 5 % and 95 % are below, most lie (first-order reliability,
 Hasofer and Lind, J. Eng. Mech. 100, 1974).  With P2(x) = P1(x) + sum_k c_k (x_k - x0_k)^2/2, the
-error of a power is what 95 % of |P2 - P1| are below, with the larger |P - P2| of the two places and
-the engine's own error.
+power error is the level that 95 % of |P2 - P1| are below, with the larger |P - P2| of the two
+places and the engine's own error.
 """
 
 import math
@@ -63,7 +63,7 @@ def engine_with_gradient(which: Named | None, within: float | str | None) -> Eng
 def first_order_engine(
     problem: Problem, which: Named | None, within: float | str | None, seed: int
 ) -> Engine:
-    """The engine of a first-order study: that of ideal elements for a netlist that it serves.
+    """The engine of a first-order study: that of ideal elements for a netlist that it supports.
 
     Raises InputError for one that has no gradient.
     """

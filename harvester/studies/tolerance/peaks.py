@@ -1,4 +1,4 @@
-"""The limited peaks of many devices: of some by Rice's formula or counted, of all others by a polynomial through them.
+"""The limited peaks of many devices: some by Rice's formula or counted, all others by a polynomial through them.
 
 A counted level has an sampling error of ten to thirty per cent, from a path with noise of its own.
 Least squares of the logarithms of n levels, s being their scatter about the polynomial and h(x)
@@ -7,7 +7,7 @@ the leverage of keys' values x, know the level there at 95 % within
     1.96 s sqrt(h(x)),
 
 which is far less: the mean of h is the number of coefficients over n.  A level by Rice's formula
-has no noise: what leaving a sample out does not predict counts in full there, and the formula's own
+has no noise: the error of leaving a sample out counts in full there, and the formula's own
 error.
 """
 

@@ -39,11 +39,11 @@ SMALL = 0.5  # of the standard deviation of the powers: an error below is small 
 
 @dataclass(frozen=True)
 class Samples:
-    """What the samples of one engine are: their values, which of them have an answer, and the relative error.
+    """The samples of one engine: their values, which of them have an answer, and the relative error.
 
     ``values`` are those of each of `QUANTITIES`, shape (n,), if ``served``; ``off`` the relative
     error at 95 % that is common to all or within which each lies, None if it is not known;
-    ``checks`` say if it is from; ``ratio`` is what the powers were multiplied by.
+    ``checks`` state its origin; ``ratio`` is the factor of the powers.
     """
 
     engine: str
@@ -61,7 +61,7 @@ class Samples:
 
 
 def cheapest(problem: Problem) -> type[Any]:
-    """The kind of engine that supports a scene and costs least, whose own error can be measured or is none."""
+    """The kind of engine that supports a scene and costs least, whose own error can be measured or is absent."""
     for kind in (ENGINES[name] for name in CHEAPEST_FIRST):
         if kind.refusal(problem) or (kind.needs_netlist and problem.netlist is None):
             continue
@@ -72,7 +72,7 @@ def cheapest(problem: Problem) -> type[Any]:
             continue
         return kind
     raise InputError(
-        f"`engine` must serve the scene, but none does: {ENGINES['ensemble'].refusal(problem)}"
+        f"`engine` must support the scene, but none does: {ENGINES['ensemble'].refusal(problem)}"
     )
 
 
@@ -180,8 +180,8 @@ def corrected(samples: Samples, ratio: Ratio) -> Samples:
 def interpolated(computed: Samples, outer: Samples, x: Floats, many: Floats) -> Samples:
     """The samples at keys' values ``many``, (m, keys), by polynomials through those ``computed`` and the ``outer``.
 
-    ``x`` are the keys' values of both, (n + n', keys).  Two standard deviations of what a polynomial does not predict
-    add to the error.
+    ``x`` are the keys' values of both, (n + n', keys).  Two standard deviations not predicted by a
+    polynomial add to the error.
     """
     count = int(computed.served.sum())
     surfaces = {

@@ -2,7 +2,7 @@
 
 KEY=10%                 anywhere within 10 % of the scene's value (uniform)
 KEY=2 Hz                anywhere within so much of the scene's value, also written +-2 Hz
-KEY=.94:.98             anywhere between two values (uniform)
+KEY=0.94:0.98           anywhere between two values (uniform)
 KEY=E24:5%              the value of the series E24 nearest to the scene's, anywhere within 5 % of it
 KEY=normal:2%           normal about the scene's value, with a standard deviation of 2 % of it
 KEY=normal:MEAN:SD      normal, with both given
@@ -80,7 +80,7 @@ def parse(text: str, scene: Scene, argument: str = "vary") -> PartSpread:
     """The spread that a text such as ``piezo.capacitance=10%`` describes about the values of a scene.
 
     Raises InputError for a key that no scene has, a text of another form, values that the key
-    cannot take, ends or a deviation that leave nothing between them, and a spread about a value
+    cannot have, ends or a deviation that leave nothing between them, and a spread about a value
     that the scene does not have.
     """
     key, equals, written = text.partition("=")
@@ -154,7 +154,7 @@ def _lognormal(key: str, parts: Sequence[str], written: str, scene: Scene) -> Pa
 
 
 def _named(key: str, kind: str, parts: Sequence[str], written: str, scene: Scene) -> PartSpread:
-    """A normal or a triangular spread from what stands after its name."""
+    """A normal or a triangular spread from the text after its name."""
     if len(parts) == 1 and parts[0].endswith("%"):
         middle = _nominal(key, scene)
         share = _share(key, parts[0])
@@ -188,7 +188,7 @@ def _about(middle: float, share: float) -> tuple[float, float]:
 def _share(key: str, text: str) -> float:
     if not text.endswith("%"):
         raise invalid(
-            f"the spread of {key}", "be a percentage between 0% and 100%, such as 5%", text
+            f"the spread of {key}", "be a percentage between 0 % and 100 %, such as 5%", text
         )
     return reading(f"the spread of {key}", fraction, text)
 

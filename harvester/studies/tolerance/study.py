@@ -34,7 +34,7 @@ class ToleranceRequest:
     """The checked arguments of a study of tolerances.
 
     ``matrix`` are the correlations of the keys (None: none), ``samples`` the number of devices in
-    all, ``runs`` of them that the engine computes (None: what it takes) and ``checks`` that a
+    all, ``runs`` of them that the engine computes (None: as many as needed) and ``checks`` that a
     dearer one computes again (None: as usual), with the relative error ``within``; ``lifetime`` is
     that of limited peaks, in seconds or 1/w0.
     """
@@ -70,7 +70,7 @@ class ToleranceRequest:
 
 @dataclass(frozen=True)
 class ToleranceRuns:
-    """What the runs of one engine gave: samples at keys' values ``x``, their surface, and the powers of the tornado."""
+    """The results of one engine's runs: samples at keys' values ``x``, their surface, and the powers of the tornado."""
 
     samples: sampling.Samples
     x: Floats
@@ -150,7 +150,7 @@ class ToleranceStudy:
 
     @property
     def _swept(self) -> float:
-        """The share of the progress that the sweeps are: paths that are counted take most of the time."""
+        """The share of the progress that the sweeps are: counted paths need most of the time."""
         return 1.0 if self.request.lifetime is None else SWEPT
 
     def _peaks(
@@ -193,7 +193,7 @@ def _part(table: SweepTable, begin: int, end: int) -> SweepTable:
 
 
 def _outside(computed: Floats, many: Floats) -> list[Diagnostic]:
-    """A warning if many samples lie beyond all that were computed, where a polynomial knows nothing."""
+    """A warning if many samples lie beyond all that were computed, for which a polynomial has no data."""
     share = float(
         ((many < computed.min(axis=0)) | (many > computed.max(axis=0))).any(axis=1).mean()
     )
@@ -201,7 +201,7 @@ def _outside(computed: Floats, many: Floats) -> list[Diagnostic]:
 
 
 def _failures(table: SweepTable) -> Iterator[Diagnostic]:
-    """What went wrong at samples, and the first warning of the engine, with how many it concerns."""
+    """The failures at samples, and the first warning of the engine, with how many it concerns."""
     failed = [row.error for row in table.rows if row.error]
     warned = ["; ".join(map(str, row.warnings)) for row in table.rows if row.warnings]
     if failed:

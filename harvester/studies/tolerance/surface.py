@@ -40,7 +40,7 @@ def exponents(dimensions: int, most: int) -> Floats:
 class Polynomial:
     """A polynomial through values y, shape (n,), at the keys' values x, shape (n, keys).
 
-    ``scatter`` is the standard deviation of what leaving a sample out predicts of it, in the unit
+    ``scatter`` is the standard deviation of its prediction by the others, in the unit
     of y, and ``unexplained`` the share of the variance of y that this is; ``factor``, shape (terms,
     kept), is that of the coefficients' covariance over the variance of noise in y.
     """

@@ -47,34 +47,34 @@ def tolerance(
 
     Parameters
     ----------
-    scene
+    scene : Scene or path
         a `Scene`, or the path of a scene file.
-    vary
+    vary : mapping or list of str
         keys and their spreads, such as "10%", "0.94:.98", "E24:5%", "normal:2%", "triangular:10%"
         or a measured list "1.1,1.3,1.2"; or a list of texts KEY=SPREAD.
-    limits
+    limits : list of str or str, optional
         texts such as "mean_power > 5 uW" of mean_power, mean_square_voltage or voltage_rms, and of
         a scene under white noise peak_displacement, peak_voltage, peak_strain, peak_impact_speed,
         the level that 95 % of such devices stay below over a ``lifetime``, and impact_rate.
-    correlate
+    correlate : mapping or list of str, optional
         pairs of keys and their correlation, from -1 to 1.
-    engine
+    engine : Engine or str, optional
         an engine or its name, by default the cheapest whose error is small against the spread.
-    samples, runs
+    samples, runs : int or str, optional
         how many devices (default: 10,000), and how many of them the engine computes (default: 512
-        by a formula, else 24 for each key and 24 more).  "first-order": the power goes linearly
-        with each key, by the gradient of engine `Density`, and each key's ends and two more devices
-        report what that leaves out; for a netlist by the slopes of engine `Ideal`, on common noise.
-    checks, within
+        by a formula, else 24 for each key and 24 more).  "first-order": the power is linear
+        in each key, by the gradient of engine `Density`, and each key's ends and two more devices
+        measure the remainder; for a netlist by the slopes of engine `Ideal`, on common noise.
+    checks, within : int or float or str, optional
         how many devices are computed again by a dearer engine (default: 8, by ngspice 4; 0: none),
         and to which relative error.
-    lifetime
+    lifetime : float or str, optional
         seconds (nondimensional scene: 1/w0), or a text such as "5 years".
-    seed
+    seed : int, default 0
         the same seed, the same devices.
-    execution
+    execution : Execution, optional
         has the folder for tolerance.csv, tolerance.png, provenance.json and a folder for each
-        sweep, and says who computes.
+        sweep, and chooses the workers.
 
     Returns
     -------

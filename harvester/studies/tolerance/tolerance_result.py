@@ -43,7 +43,7 @@ class TornadoBar:
     ``ends`` are these two values of the key, ``powers`` the powers there.  ``quantiles`` are the
     powers that 5 % and 95 % of devices are below if this key alone scatters, by the surface through
     the samples: a key whose best value lies between its ends moves the power by more than the
-    powers at its ends tell.
+    powers at its ends show.
     """
 
     key: str
@@ -62,33 +62,33 @@ class ToleranceResult(TableResult):
 
     Attributes
     ----------
-    engine
+    engine : str
         the name of the engine that computed it.
-    samples
+    samples : ndarray
         the keys' values in SI units, shape (n, keys).
-    power, voltage
-        what the engine finds there, shape (n,) (W, V).
-    off
+    power, voltage : ndarray
+        the engine's values there, shape (n,) (W, V).
+    off : float or None
         the relative error of each power at 95 %; None if it is not known.
-    quantiles, voltages
+    quantiles, voltages : dict
         the power, and the RMS voltage, that a share of devices is below.
-    limits, met, met_each
+    limits, met, met_each : tuple of Limit or ShareInterval or None or tuple of ShareInterval
         the limits, and the share of devices that meets all, and each alone, with its interval; None
         without a limit.
-    peaks_off
+    peaks_off : dict
         the relative error at 95 % of each limited peak, in the median.
-    sensitivity
+    sensitivity : dict
         of each key its share of the variance, ``first`` alone and ``total`` with others; empty if
         absent.
-    unexplained
+    unexplained : float
         the share of the variance that the polynomial does not explain.
-    failed
+    failed : int
         how many devices have no answer.
-    physical
+    physical : bool
         whether its numbers are in SI units, rather than nondimensional.
-    seconds
+    seconds : float
         the time of computing, without compilation (s).
-    diagnostics
+    diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
     Examples
@@ -223,7 +223,7 @@ class ToleranceResult(TableResult):
 
     @property
     def check(self) -> str:
-        """Where the error of a sample's power is from."""
+        """The origin of the error of a sample's power."""
         return "; ".join(
             str(diagnostic) for diagnostic in self.diagnostics if diagnostic.code in CHECKS
         )
@@ -345,7 +345,7 @@ def _interval(
 
 
 def _warnings(runs: ToleranceRuns) -> list[Diagnostic]:
-    """What the errors of the engine and of the surface make doubtful."""
+    """The results that the errors of the engine and of the surface make doubtful."""
     samples = runs.samples
     missed = runs.surface.unexplained
     warnings = []

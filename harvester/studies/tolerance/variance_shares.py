@@ -3,7 +3,7 @@
     first_i = Var(E[y | x_i]) / Var(y)      total_i = E[Var(y | all but x_i)] / Var(y)
 
 by Saltelli's and Jansen's estimators of SALib on many places of the response surface.  The surface
-leaves a share ``unexplained`` of the variance; as least squares leave what is orthogonal to it,
+leaves a share ``unexplained`` of the variance; as least squares leave the part orthogonal to it,
 each index is wrong by at most about that share, which is added to SALib's own 95 % interval.  For
 keys that are correlated the shares do not add up to the variance, and are not given.
 """

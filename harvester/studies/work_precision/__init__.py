@@ -1,1 +1,1 @@
-"""What accuracy costs in time: engines at many settings, their seconds against their errors."""
+"""The cost of accuracy in time: engines at many settings, their seconds against their errors."""

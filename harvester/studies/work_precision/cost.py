@@ -1,4 +1,4 @@
-"""What accuracy costs: every engine at many settings, its seconds against three errors that are never mixed.
+"""The cost of accuracy: every engine at many settings, its seconds against three errors that are never mixed.
 
 sampling
     half-width of the 95 % interval, as the engine states it.
@@ -6,8 +6,8 @@ step
     E_h - E_0 of the step, and the bias of ngspice's tolerance (`richardson_ladder`,
     `ngspice_bias`).
 model
-    of the engine, its step bias taken out, against the finest engine: ngspice paired with the cheap model.  `Exact`
-    has none, and that of `Density` is what it states of its mesh, its modes and its box.
+    of the engine, its step bias removed, against the finest engine: ngspice paired with the cheap
+    model.  `Exact` has none, and that of `Density` is the error by its mesh, its modes and its box.
 
 All are relative to one power, the finest engine's for a step of zero, and each bias has a standard
 error of its own.
@@ -43,8 +43,8 @@ def cost(
     Into the folder of its `Execution` it writes cost.csv, cost.png and provenance.json.  An engine that fails is a row
     with its error.
 
-    Raises InputError for a folder that cannot be written, or what `Execution` has for other
-    studies; HarvesterError if no engine that samples gives a power above zero.
+    Raises InputError for a folder that cannot be written, or the options that `Execution` has for
+    other studies; HarvesterError if no engine that samples gives a power above zero.
     """
     execution.only("cost", "out", "formats", "progress")
     folder = OutputFolder.of(execution)
@@ -78,7 +78,7 @@ def table_of(measurement: Measurement) -> Cost:
 
 
 def _model(run: Run, models: dict[str, Bias]) -> Bias:
-    """The bias of a run's model; of an engine whose error is that of its resolution, what it states of it."""
+    """The bias of a run's model; for an engine whose error is that of its resolution, its own statement."""
     if not run.engine.is_resolved:
         return models[base_name(label(run.engine))]
     power = run.answer.mean_power

@@ -1,4 +1,4 @@
-"""The table of what accuracy costs, its Pareto front, and what it says of an accuracy that is asked for."""
+"""The table of the cost of accuracy, its Pareto front, and its entry for a requested accuracy."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -19,11 +19,11 @@ TARGETS = (0.1, 0.03, 0.01, 0.003)
 
 @dataclass(frozen=True)
 class CostRow:
-    """The time and errors of one engine at one setting; None is what does not apply, or is not known.
+    """The time and errors of one engine at one setting; None: it does not apply, or is not known.
 
-    Step and duration as for ``--dt``; errors and biases relative; ``warm_up_seconds`` is what the
-    run took next to its computation: imports, compilation, start of ngspice, as far as no earlier
-    row had paid for it.
+    Step and duration as for ``--dt``; errors and biases relative; ``warm_up_seconds`` is the time
+    that the run used in addition to its computation: imports, compilation, start of ngspice, as far
+    as no earlier row had paid for it.
     """
 
     engine: str
@@ -47,7 +47,7 @@ class CostRow:
 
 
 class Cost(TableResult):
-    """What accuracy costs: all rows, the reference that they are measured against, and the engines that refused.
+    """The cost of accuracy: all rows, the reference that they are measured against, and the engines that refused.
 
     ``reference`` names the finest engine, ``power`` is its mean power.
     """
@@ -115,7 +115,7 @@ class Cost(TableResult):
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """What is not counted, which settings failed, and which engines did not run."""
+        """The uncounted parts, which settings failed, and which engines did not run."""
         unknown = any(row.step is not None and row.step_bias is None for row in self.rows)
         failed = [
             warning("setting_failed", row.engine, setting=row.setting, why=row.error)
@@ -135,8 +135,9 @@ class Cost(TableResult):
     def needed(self, engine: str, within: float) -> tuple[float, bool] | None:
         """The seconds in which an engine reaches a total error, and whether they were measured or (False) predicted.
 
-        Measured is the fastest row that reaches it.  A prediction prolongs a row until sampling takes what its biases
-        leave, seconds (sampling/rest)^2; None if no row's biases leave anything.
+        Measured: the fastest row that reaches it.  A prediction prolongs a row until sampling has
+        the part its biases leave, seconds (sampling/rest)^2; None if no row's biases leave
+        anything.
         """
         rows = [
             (row.seconds, row.sampling_error or 0.0, row.total_error)

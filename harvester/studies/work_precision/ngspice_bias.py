@@ -32,7 +32,8 @@ def ngspice_bias(
     """Run ngspice with all `TOLERANCES` and the cheap model on the same noise, at the same step h, and compare them.
 
     The errors of both from the step are the same and leave no trace.  The bias of the finest tolerance is
-    taken from its difference to the next, at the `harvester.cosimulation.same_motion.ORDER` of the error.
+    estimated by its difference to the next, at the `harvester.cosimulation.same_motion.ORDER` of
+    the error.
 
     Raises MissingProgramError when ngspice is not installed; CircuitError when ngspice refuses the
     circuit or does not converge.

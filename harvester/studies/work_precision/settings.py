@@ -85,7 +85,7 @@ def paired(step: float, netlist: bool) -> list[Sampler]:
 
 
 def first_alone(burn_in: float | None) -> Spice:
-    """The first run of ngspice alone: short; of few trajectories if the cheap model knows no burn-in."""
+    """The first run of ngspice alone: short; with few trajectories if the cheap model knows no burn-in."""
     return (
         Spice(alone=True, trajectories=4)
         if burn_in is None

@@ -1,4 +1,4 @@
-"""The runs that show what accuracy costs: engines at as many settings as a budget allows."""
+"""The runs that show the cost of accuracy: engines at as many settings as a budget allows."""
 
 import contextlib
 import dataclasses
@@ -35,7 +35,7 @@ FEWEST = 256  # trajectories that measure a bias
 
 @dataclass(frozen=True)
 class Run:
-    """An engine's answer at one setting; ``warm_up`` is what it took beside the answer's ``seconds``."""
+    """An engine's answer at one setting; ``warm_up`` is its time in addition to the answer's ``seconds``."""
 
     engine: Engine
     answer: Estimate
@@ -78,7 +78,7 @@ class Measurement:
     def measure(self) -> None:
         """Run the engines from the fastest to the slowest, and the biases as soon as the default step is known.
 
-        Raises SimulationError if the load takes no power.
+        Raises SimulationError if the load draws no power.
         """
         for kind in (ENGINES[name] for name in refusals(self.problem)):
             if not kind.runs_ngspice:
@@ -156,7 +156,7 @@ class Measurement:
             later = [engine.run(self.problem).seconds for _ in range(CALLS)]
             answer = dataclasses.replace(answer, seconds=statistics.median(later))
         if answer.mean_power.value <= 0.0:
-            raise SimulationError("nothing to measure: the load takes no power")
+            raise SimulationError("nothing to measure: the load draws no power")
         self.runs.append(Run(engine, answer, max(took - answer.seconds, 0.0)))
         self.begin += self.runs[-1].warm_up
         return self.runs[-1]
@@ -170,7 +170,7 @@ class Measurement:
                 self.run(dataclasses.replace(engine, budget=left if engine.within else None))
 
     def predicted(self, engine: settings.Sampler) -> float:
-        """The seconds of a setting, predicted from what the same engine took at others."""
+        """The seconds of a setting, predicted from the times of the same engine at others."""
         known = {settings.label(run.engine) for run in self.runs}
         name = (
             settings.label(engine)

@@ -137,4 +137,4 @@ def test_other_engines_have_no_circuit(harvester):
     )
     assert (status, "--probe must be left out with engine 'ensemble'" in wrong) == (2, True)
     status, _, wrong = harvester("run", "examples/plate.toml", "--engine", "spice", "--ledger")
-    assert (status, "--ledger must go with a netlist" in wrong) == (2, True)
+    assert (status, "--ledger must be used with a netlist" in wrong) == (2, True)

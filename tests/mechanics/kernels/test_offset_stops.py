@@ -382,8 +382,8 @@ def test_grazing_is_one_impact():
 def test_a_start_behind_a_stop_is_refused():
     eqs = changed(PAPER, gap=0.2, opposite_gap=0.3, opposite_restitution=1.0)
     for x, line in (
-        (-0.21, "at least -0.2, where the stop is"),
-        (0.31, "at most 0.3, where the opposite stop is"),
+        (-0.21, "at least -0.2, the place of the stop"),
+        (0.31, "at most 0.3, the place of the opposite stop"),
     ):
         with pytest.raises(InputError, match=line):
             trace(eqs, np.zeros(4), 0.1, 1, (x, 0.0, 0.0))

@@ -362,9 +362,9 @@ def test_theories_refuse(key):
             1e-12,
             r"repeats after 6\.8e-10/w0, too fast for the mass to follow: a step would be 1\.1e-11/w0$",
         ),
-        (1e4, r"would take 1.0e\+08 steps of 0\.067/w0: too slow for the response"),
-        (1e6, r"would take 1.0e\+10 steps of 0\.067/w0: too slow for the response"),
-        (1e48, r"would take 1.0e\+52 steps of 0\.067/w0: too slow for the response"),
+        (1e4, r"would need 1.0e\+08 steps of 0\.067/w0: too slow for the response"),
+        (1e6, r"would need 1.0e\+10 steps of 0\.067/w0: too slow for the response"),
+        (1e48, r"would need 1.0e\+52 steps of 0\.067/w0: too slow for the response"),
     ],
 )
 def test_a_record_of_another_time_is_refused(tmp_path, spacing, why):

@@ -473,9 +473,9 @@ def test_detection_begins_at_the_start():
 
 
 def test_a_start_behind_the_stop_and_a_resistor_beside_are_refused():
-    with pytest.raises(InputError, match="beside a load circuit"):
+    with pytest.raises(InputError, match="with a load circuit"):
         Trajectories(changed(PLATE, mu=1.0), 64, SEED, 0.1, circuit=circuit())
-    with pytest.raises(InputError, match="where the stop is"):
+    with pytest.raises(InputError, match="the place of the stop"):
         trace(
             changed(PLATE, restitution=0.5),
             np.zeros(8),

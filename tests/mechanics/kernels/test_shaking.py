@@ -369,7 +369,7 @@ def test_steps_divide_the_period(h, frequency):
 
 def test_random_paths_need_a_forcing():
     assert COLOURED.is_shaken
-    with pytest.raises(InputError, match="forcing must be given where coloured noise"):
+    with pytest.raises(InputError, match="forcing must be given if coloured noise"):
         trace(COLOURED, np.zeros(10), 0.1)
 
 

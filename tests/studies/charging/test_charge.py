@@ -260,7 +260,7 @@ def test_a_record_begins_at_its_beginning(tmp_path, harvester):
             "engine 'compiled' supports only --probe store",
         ),
         (["--to", "2V", "--engine", "averaged"], "it must be one of ideal, compiled, slow, spice"),
-        (["--to", "2V", "--anywhere"], "--anywhere must go with a record or a harmonic drive"),
+        (["--to", "2V", "--anywhere"], "--anywhere must be used with a record or a harmonic drive"),
         (["--to", "2V", "--trajectories", "1"], "--trajectories must be between 2 and"),
         (["--to", "2V", "--duration", "0"], "--duration must be a time (s)"),
         (["--to", "2V", "--dt", "0"], "--dt must be a time (s)"),

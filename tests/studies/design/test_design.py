@@ -112,7 +112,7 @@ def test_what_nobody_can_meet_gets_the_nearest_in_one_line(harvester):
         "design", SCENE, "--needs", "10 mW at 3.3 V", "--circuits", "bridge,doubler"
     )
     assert status == 2 and said.count("\n") == 1
-    assert "nearest is bridge" in said and "no device of this mass takes more than 574 uW" in said
+    assert "nearest is bridge" in said and "no device of this mass absorbs more than 574 uW" in said
     status, _, said = harvester(
         "design", SCENE, "--needs", NEEDS, "--wake", "1 ms", "--circuits", "bridge"
     )

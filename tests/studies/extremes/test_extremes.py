@@ -46,7 +46,7 @@ def test_first_passages_need_an_open_side():
         EQS, restitution=0.9, gap=0.5, opposite_gap=0.5, opposite_restitution=0.9
     )
     with pytest.raises(
-        hv.CannotServeError, match="`passages` must go with a side without a rigid stop"
+        hv.CannotServeError, match="`passages` must be used with a side without a rigid stop"
     ):
         hv.extremes(systems.scene(both), lifetime=1e5, passages=True)
 
@@ -214,4 +214,4 @@ def test_compare_has_both_ways(harvester, tmp_path):
     status, out, err = harvester(
         "compare", ROOT / "examples" / "plate_harmonic.toml", "--lifetime", "5 years"
     )
-    assert (status, out) == (2, "") and "--lifetime must go with white noise alone" in err
+    assert (status, out) == (2, "") and "--lifetime must be used with white noise alone" in err

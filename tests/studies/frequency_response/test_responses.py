@@ -218,7 +218,7 @@ def test_refused(harvester, tmp_path, options, said):
 
 
 def test_per_g_needs_a_base(tmp_path):
-    with pytest.raises(InputError, match="`per_g` must go with a physical scene"):
+    with pytest.raises(InputError, match="`per_g` must be used with a physical scene"):
         draw(scene(DRIVEN), "0.9:1.1:3", tmp_path, per_g=True)
     with pytest.raises(CannotServeError, match="linear equations"):
         hv.response(scene(changed(DRIVEN, alpha=0.1)), [0.9, 1.0, 1.1], engine="exact")

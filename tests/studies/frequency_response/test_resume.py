@@ -97,7 +97,7 @@ def test_interrupted_with_ngspice(tmp_path):
     said = interrupted(bridge, "44Hz:50Hz:3", out, engines, 8)
     assert (
         said
-        == f"interrupted: 8 of 9 points are in {str(out)!r}; the same command with `resume` goes on from there"
+        == f"interrupted: 8 of 9 points are in {str(out)!r}; the same command with `resume` continues from there"
     )
     found, computed, kept = resumed(bridge, "44Hz:50Hz:3", out, engines)
     assert (computed, kept) == (1, 8)
@@ -174,5 +174,5 @@ def test_a_state_that_is_none(tmp_path, old, new):
         (row,) = journal.earlier(now)
         assert old in row.content
         journal.begin(now, [dataclasses.replace(row, content=row.content.replace(old, new))])
-    with pytest.raises(InputError, match="none of this version: remove it"):
+    with pytest.raises(InputError, match="of another version: remove it"):
         resumed(bridge, "44Hz:50Hz:3", tmp_path, ["spice"])

@@ -186,7 +186,7 @@ def test_command(harvester, tmp_path):
     [
         (
             ["--vary", "load.resistance=1k:1M", "--objective", "5%"],
-            "--objective of a share must go with --spread",
+            "--objective of a share must be used with --spread",
         ),
         (
             [
@@ -337,7 +337,7 @@ def test_the_front_by_the_command(harvester, tmp_path):
         ),
         (
             {"points": 3},
-            "`points` must go with a second quantity in `objective`, but there is none",
+            "`points` must be used with a second quantity in `objective`, but there is none",
         ),
         ({"objective": "voltage_rms", "points": 1}, "`points` must be between 2 and 50, but is 1"),
         (

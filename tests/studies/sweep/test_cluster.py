@@ -139,6 +139,6 @@ def test_a_scheduler_that_dies(cluster, tmp_path):
     assert (ran.returncode, out) == (3, "")
     assert (
         complaints(err)
-        == f"harvester: the Dask scheduler at {address} has gone: start another, and --resume\n"
+        == f"harvester: the Dask scheduler at {address} has disappeared: start another, and --resume\n"
     )
     assert 2 <= kills.rows(tmp_path) < 2000

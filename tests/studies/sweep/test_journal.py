@@ -172,7 +172,7 @@ def test_identity_knows_each_part():
 
 def test_one_sweep_a_folder(tmp_path, journal):
     with pytest.raises(
-        InputError, match=r"^`out` must be no folder that another sweep is writing, but '.*' is$"
+        InputError, match=r"^`out` must not be a folder that another sweep is writing, but '.*' is$"
     ):
         Journal(tmp_path)
     journal.close()
@@ -199,7 +199,7 @@ def test_no_file_in_its_place(tmp_path, name, make):
     """A pipe too, which would be waited for without end."""
     make(tmp_path / name)
     made = Journal(tmp_path)
-    line = f"^`out` must take sweep.journal, but there is a {name} that is no file: remove it$"
+    line = f"^`out` must take sweep.journal, but there is a {name} that is not a file: remove it$"
     with pytest.raises(InputError, match=line):
         made.begin(NOW, [])
     if name == SWEEP.file:
@@ -272,7 +272,7 @@ def test_a_changed_or_added_row_is_refused(tmp_path, journal, change):
     with sqlite3.connect(tmp_path / SWEEP.file) as database:
         database.execute(change)
     database.close()
-    line = f"{ROW}added since: remove '{tmp_path / SWEEP.file}' to go on from sweep.csv"
+    line = f"{ROW}added since: remove '{tmp_path / SWEEP.file}' to continue from sweep.csv"
     with pytest.raises(InputError, match=f"^{re.escape(line)}$"):
         earlier(tmp_path)
 

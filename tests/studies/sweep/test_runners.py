@@ -99,7 +99,7 @@ def test_an_executor_that_is_handed_over_gives_the_same(expected):
             row for row in expected if row.engine != "spice"
         ]
     with pytest.raises(
-        SimulationError, match=r"^the executor has gone: start another, and `resume`$"
+        SimulationError, match=r"^the executor has disappeared: start another, and `resume`$"
     ):
         swept(PLATE, [LOADS], engines=ENGINES[:1], executor=executor)
 

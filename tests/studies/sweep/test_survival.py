@@ -79,7 +79,7 @@ def test_kills_and_resumes(tmp_path, harvester):
     said = struck("ngspice", lambda program: os.killpg(program.pid, signal.SIGINT), 130).strip()
     assert said.startswith("harvester: interrupted: ")
     assert said.endswith(
-        f" of {3 * POINTS} rows are in '{out}'; the same command with --resume goes on from there"
+        f" of {3 * POINTS} rows are in '{out}'; the same command with --resume continues from there"
     )
     assert "\n" not in said
     assert finished(harvester, kills.command(tmp_path, POINTS, out))

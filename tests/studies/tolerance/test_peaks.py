@@ -99,7 +99,7 @@ def test_the_share_that_keeps_a_limit(harvester, monkeypatch):
     [
         (STOP, "peak_impact_speed < 5 mm", "the limit of peak_impact_speed must be a speed (m/s)"),
         (STOP, "peak_impact < 5 mm/s", "did you mean 'peak_impact_speed'?"),
-        (HARMONIC, "impact_rate < 7 Hz", "--lifetime must go with white noise alone"),
+        (HARMONIC, "impact_rate < 7 Hz", "--lifetime must be used with white noise alone"),
     ],
 )
 def test_bad_input(harvester, path, limit, error):

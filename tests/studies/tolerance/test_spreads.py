@@ -81,7 +81,7 @@ def test_preferred_values():
         ("load.resistance", "KEY=SPREAD"),
         ("load.resistence=5%", "did you mean 'resistance'"),
         ("load.resistance=5", "10%, LOW:HIGH"),
-        ("load.resistance=-5%", "between 0% and 100%"),
+        ("load.resistance=-5%", "between 0 % and 100 %"),
         ("load.resistance=2M:1M", "LOW below HIGH"),
         ("load.resistance=1 F:2 F", "1 F"),
         ("load.resistance=E25:5%", "must be a load resistance"),

@@ -356,7 +356,7 @@ def test_command_says_it_in_words(harvester):
         (["--vary", "piezo.capacitance=10%", "--checks", "1"], "--checks must be 0"),
         (["--vary", "piezo.capacitance=10%", "--engine", "cheapest"], "--engine must be one"),
         (["--vary", "piezo.capacitance=10%", "--engine", "ideal"], "netlist"),
-        (["--vary", "piezo.capacitance=10%", "--resume"], "--resume must go with"),
+        (["--vary", "piezo.capacitance=10%", "--resume"], "--resume must be used with"),
         (
             ["--vary", "piezo.capacitance=10%", "--correlate", "a,b"],
             "--correlate must be KEY,KEY=NUMBER",
@@ -367,7 +367,7 @@ def test_command_says_it_in_words(harvester):
             ["--vary", "piezo.capacitance=10%", "--limit", "peak_voltage < 9 V"],
             "--lifetime must be given",
         ),
-        (["--vary", "piezo.capacitance=10%", "--lifetime", "1 h"], "--lifetime must go with"),
+        (["--vary", "piezo.capacitance=10%", "--lifetime", "1 h"], "--lifetime must be used with"),
         (
             [
                 "--vary",
@@ -389,7 +389,7 @@ def test_command_says_it_in_words(harvester):
                 "--lifetime",
                 "1 h",
             ],
-            "a limit of impact_rate must go with a stop, but the scene has none",
+            "a limit of impact_rate must be used with a stop, but the scene has none",
         ),
     ],
 )

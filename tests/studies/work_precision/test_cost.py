@@ -519,7 +519,7 @@ def test_units_of_a_device():
 @pytest.mark.parametrize(
     ("text", "error", "line"),
     [
-        ("c1 = -0.1\nD11 = 0.01\n", SimulationError, "nothing to measure: the load takes no power"),
+        ("c1 = -0.1\nD11 = 0.01\n", SimulationError, "nothing to measure: the load draws no power"),
         (
             "c1 = 0.1\nD11 = 0.01\nbeta = 0.1\nmu = 0.1\n",
             SimulationError,
