@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from harvester.answers.estimate import DISPLACEMENT, PEAKS, PHASES, Estimate
 from harvester.engines.moment_existence import MomentExistence
+from harvester.engines.not_periodic import slow_store
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import estimate
 from harvester.engines.sampling import agreement, mean_with_errors, power_balance
@@ -204,6 +205,8 @@ def partial_answer(
             covered=covered,
             why=str(error),
             steady=problem.equations.is_steady,
+            store=slow_store(problem),
+            physical=problem.physical,
         )
         v2 = square / problem.scales.volts**2
         power = watts / problem.scales.watts
