@@ -1,6 +1,6 @@
 """How a result finds its drawing: by the name of its class, in `harvester.figures`.
 
-Drawings stand above all that they draw, so that they know its classes, and nothing below imports
+Drawings are above all that they draw, so that they know its classes, and nothing below imports
 them: they are loaded as the first plot is made.
 """
 

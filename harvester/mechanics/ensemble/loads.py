@@ -59,7 +59,7 @@ class Loaded(Protocol):
 
     @property
     def numbers(self) -> object:
-        """The numbers that the kernels of one mode take; None for other kernels."""
+        """The arguments of the kernels of one mode; None for other kernels."""
 
     def begin(self, state: Floats) -> None:
         """Fill the rows below x, x' and V of states at the beginning, shape (blocks, rows, BATCH)."""
@@ -67,7 +67,7 @@ class Loaded(Protocol):
     def batch(
         self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
     ) -> Batch:
-        """A block as the kernels take it."""
+        """A block in the form that kernels have."""
 
     def advance(
         self,
@@ -92,7 +92,7 @@ class Loaded(Protocol):
         """All controls, of martingales and of the change of the functions, each of shape (n, count)."""
 
     def stored(self, state: Floats) -> Floats:
-        """The voltage of the load's store in each trajectory, shape (count,); 0 without one."""
+        """The store's voltage in each trajectory, shape (count,); 0 without a store."""
 
     def check(self, own_sums: Floats, state: Floats) -> None:
         """Raise CircuitError if too many circuit steps failed; ``own_sums`` are those of the load alone."""
@@ -128,7 +128,7 @@ class WithResistor:
     def batch(
         self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
     ) -> Batch:
-        """A block as the kernels take it."""
+        """A block in the form that kernels have."""
         x, v, V = state[:RESISTOR_ROWS]
         s0, s1 = words
         return Batch(x=x, v=v, V=V, s0=s0, s1=s1, sums=sums, controls=controls)
@@ -190,7 +190,7 @@ class WithIdeal(WithResistor):
     def batch(
         self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
     ) -> Batch:
-        """A block as the kernels take it."""
+        """A block in the form that kernels have."""
         block = super().batch(state, words, sums, controls)
         return block._replace(**dict(zip("Um", state[3:5], strict=False)))
 
@@ -315,7 +315,7 @@ class ModesWithIdeal(ModesWithResistor):
     def batch(
         self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
     ) -> Batch:
-        """A block as the kernels take it."""
+        """A block in the form that kernels have."""
         block = super().batch(state, words, sums, controls)
         return block._replace(**dict(zip("Um", state[3:5], strict=False)))
 
