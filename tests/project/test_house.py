@@ -30,10 +30,10 @@ BOUNDS = [
     ("vague names", 14, 0),
     ("tuple assignments of unlike things", 20, 20),
     ("calls f(*packed)", 72, 0),
-    ("calls with seven positional arguments", 69, 60),
-    ("questions of which load or how many modes", 204, 60),
-    ("one-importer modules", 96, 25),
-    ("lines above 100 columns", 2660, 0),
+    ("calls with seven positional arguments", 70, 60),
+    ("questions of which load or how many modes", 201, 60),
+    ("one-importer modules", 95, 25),
+    ("lines above 100 columns", 2680, 0),
     ("thousands of tokens", 557, 445),
 ]
 
