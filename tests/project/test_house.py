@@ -32,7 +32,7 @@ BOUNDS = [
     ("calls f(*packed)", 72, 0),
     ("calls with seven positional arguments", 70, 60),
     ("questions of which load or how many modes", 201, 60),
-    ("one-importer modules", 95, 25),
+    ("one-importer modules", 96, 25),
     ("lines above 100 columns", 2680, 0),
     ("thousands of tokens", 557, 445),
 ]
