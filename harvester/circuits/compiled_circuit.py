@@ -103,11 +103,10 @@ class CompiledCircuit:
         rload = parts["rload"]
         store = parts.get("csmooth")
         self.resistance = value_of(rload)
-        across = self.system.across
         read_out = [
-            across("p", "0"),
-            across(*store.nodes) if store is not None else {},
-            across(*rload.nodes),
+            self.system.across("p", "0"),
+            self.system.across_part(store) if store is not None else {},
+            self.system.across_part(rload),
         ]
         self.reduction = Reduction(self.system, read_out, self._tau(TYPICAL))
         self._arrays: dict[float, tuple[Any, ...]] = {}
@@ -250,7 +249,8 @@ class CompiledCircuit:
         width = 1 + sum(self.sizes[:3])
         log = np.zeros(2 + rows * width)
         record = circuit.record.copy()
-        log[1], record["log_at"] = rows, log.ctypes.data
+        log[1] = rows
+        record["log_at"] = log.ctypes.data
         again = trace_circuit(
             eqs,
             circuit._replace(record=record),

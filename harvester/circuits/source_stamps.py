@@ -9,7 +9,8 @@ from harvester.netlists.part import CircuitPart, unserved
 
 def voltage_source(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a source of constant voltage."""
-    branch, voltage = system.branch(part.name), system.across(*part.nodes)
+    branch = system.branch(part.name)
+    voltage = system.across_part(part)
     system.add(voltage, {branch: 1.0})
     system.add({branch: 1.0}, voltage)
     system.add_source({branch: 1.0}, _constant_source(part))
@@ -17,7 +18,7 @@ def voltage_source(part: CircuitPart, system: System, parts: Mapping[str, Circui
 
 def current_source(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a source of constant current."""
-    system.add_source(system.across(*part.nodes), -_constant_source(part) * part.multiplicity)
+    system.add_source(system.across_part(part), -_constant_source(part) * part.multiplicity)
 
 
 def _constant_source(part: CircuitPart) -> float:
@@ -28,7 +29,8 @@ def _constant_source(part: CircuitPart) -> float:
 
 def controlled_voltage(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a voltage source that a voltage or a current controls."""
-    branch, voltage = system.branch(part.name), system.across(*part.nodes[:2])
+    branch = system.branch(part.name)
+    voltage = system.across_part(part)
     system.add(voltage, {branch: 1.0})
     system.add({branch: 1.0}, voltage)
     control, gain = _control(part, system)
@@ -38,7 +40,7 @@ def controlled_voltage(part: CircuitPart, system: System, parts: Mapping[str, Ci
 def controlled_current(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a current source that a voltage or a current controls."""
     control, gain = _control(part, system)
-    system.add(system.across(*part.nodes[:2]), control, gain * part.multiplicity)
+    system.add(system.across_part(part), control, gain * part.multiplicity)
 
 
 def _control(part: CircuitPart, system: System) -> tuple[Row, float]:
@@ -69,7 +71,7 @@ def behavioural(part: CircuitPart, system: System, parts: Mapping[str, CircuitPa
     tree = with_leaves(part.value, leaf)
     if part.form == "i" and part.multiplicity != 1.0:
         tree = operation("*", tree, constant(part.multiplicity))
-    rows = system.across(*part.nodes)
+    rows = system.across_part(part)
     if part.form == "v":
         branch = system.branch(part.name)
         system.add(rows, {branch: 1.0})

@@ -56,12 +56,13 @@ def value_of(part: CircuitPart) -> float:
 
 
 def _resistor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    row = system.across(*part.nodes)
+    row = system.across_part(part)
     system.add(row, row, 1.0 / (value_of(part) or LEAST_RESISTANCE))
 
 
 def _capacitor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    capacitance, row = value_of(part), system.across(*part.nodes)
+    capacitance = value_of(part)
+    row = system.across_part(part)
     if capacitance != 0.0 and row:
         charge = {k: v * capacitance for k, v in row.items()}
         start = capacitance * part.options.get("ic", 0.0)
@@ -70,7 +71,7 @@ def _capacitor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPar
 
 def _inductor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     branch = system.branch(part.name)
-    voltage = system.across(*part.nodes)
+    voltage = system.across_part(part)
     system.add(voltage, {branch: 1.0})
     system.add({branch: 1.0}, voltage)
     inductance = value_of(part)
@@ -106,7 +107,7 @@ def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
         raise InputError(f"{part.where} must have a model whose Ron and Roff are not 0")
     closed = 1.0 / model.values.get("ron", 1.0)
     opened = 1.0 / model.values.get("roff", 1.0 / GMIN)
-    row = system.across(*part.nodes[:2])
+    row = system.across_part(part)
     on = threshold + width
     off = threshold - width
     # ngspice begins with all voltages at 0
@@ -126,7 +127,8 @@ def diode_law(part: CircuitPart) -> tuple[float, float]:
 
 
 def _diode(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    known, area = (model := model_of(part, ("d",), _DIODE)).value, area_of(part)
+    known = (model := model_of(part, ("d",), _DIODE)).value
+    area = area_of(part)
     anode, cathode = part.nodes[:2]
     anode = behind(system, anode, f"{part.name}#internal", known("rs") / area)
     saturation, emission = diode_law(part)

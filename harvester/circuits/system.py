@@ -18,6 +18,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.netlists.expression_tree import Node, input_of
+from harvester.netlists.part import CircuitPart
 
 GMIN = 1e-12  # S, which ngspice puts beside every junction
 Row = dict[int, float]  # coefficients by the number of the unknown, or of the equation
@@ -106,6 +107,11 @@ class System:
             if (index := self.node(name)) is not None:
                 row[index] = row.get(index, 0.0) + sign
         return {k: v for k, v in row.items() if v != 0.0}
+
+    def across_part(self, part: CircuitPart) -> Row:
+        """The row of the voltage from a part's first node to its second."""
+        first, second = part.nodes[:2]
+        return self.across(first, second)
 
     def add(self, rows: Row, columns: Row, value: float = 1.0) -> None:
         """Add a product of a column of equations and a row of unknowns to G."""

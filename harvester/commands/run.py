@@ -85,7 +85,8 @@ def run(
 
     scene = output.scene
     check_alone(predict, prior, known)
-    options["probe"], budget = probe or None, options["budget"]
+    options["probe"] = probe or None
+    budget = options["budget"]
     if sensitivity and budget is not None:
         options["budget"] = max(SHARE * budget, min(budget, SHORT))
     if engine is None:

@@ -228,7 +228,8 @@ def refined(
     Raises SimulationError if the equations are not solved, and soon if no answer would come in
     the budget.
     """
-    pace, report = Pace(budget), progress or (lambda _: None)
+    pace = Pace(budget)
+    report = progress or (lambda _: None)
     beyond = SAFETY / (1.0 - (1.0 + WIDER) ** (2.0 - max(tail, 2.1))) if eqs.n2 else 1.0
     probe = probed(eqs, within, 0 if budget else sum(within < fine for fine in FINE), pace)
     probe = replace(probe, box_error=beyond * probe.box_error)

@@ -218,10 +218,8 @@ class Ensemble(MonteCarloOptions, Engine):
         responses = tuple(candidate.response for candidate in candidates)
         steady, moments = problem.equations.is_steady, sampler.pair.moments
         agreed = sampling.agreement(moments, setup.model.name, responses) if steady else None
-        diagnostics, within = (
-            [exists.warning, accumulation(problem.equations), *setup.diagnostics],
-            number(self.within),
-        )
+        diagnostics = [exists.warning, accumulation(problem.equations), *setup.diagnostics]
+        within = number(self.within)
         (errors, remark), said = self._towards(problem, sampler, exists, within)
         diagnostics += said
         between = None if setup.trajectories.hopping is None else note("between_wells")

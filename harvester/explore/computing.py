@@ -119,7 +119,7 @@ class Computing:
         try:
             same = (without(request.tables, request.key), request.key, request.slide)
             curves = self._fine[1] if self._fine and self._fine[0] == same else None
-            where = request.scene, request.key, request.at, request.slide
+            at = functools.partial(live, request.scene, request.key, request.at, request.slide)
             if self._circuit != (request.tables, same) and "netlist" in request.tables.get(
                 "load", {}
             ):
@@ -134,15 +134,15 @@ class Computing:
                 if not self._live_work.rests(FIRST):
                     return
             # the best formula's, long before the others'
-            snapshot = live(*where, False, curves=curves, first=True)
+            snapshot = at(False, curves=curves, first=True)
             self._show(request, snapshot, False, more=True)
             if not self._live_work.rests(PAUSED):
                 return
-            snapshot = live(*where, False, overtaken, curves=curves, known=snapshot)
+            snapshot = at(False, overtaken, curves=curves, known=snapshot)
             self._show(request, snapshot, False)
             if not self._live_work.rests(RESTED):
                 return
-            snapshot = live(*where, True, overtaken) if curves is None else snapshot
+            snapshot = at(True, overtaken) if curves is None else snapshot
             if snapshot is not None:
                 self._show(request, snapshot, True)
                 self._fine = (same, snapshot.curves)

@@ -95,7 +95,8 @@ def _label(here: Axes, panel: str, rows: Sequence[FigurePoint], most: int) -> fl
     """Label a panel's axes, all nondimensional, and return the divisor of the values."""
     what, _, against = panel.partition(" against ")
     if not against:
-        what, against = "probability density", what[2:-1]
+        against = what[2:-1]
+        what = "probability density"
     y = scale(_NAMES.get(what, what), "", [p.averaged for p in rows])
     here.set_ylabel(broken(y.label, most))
     here.set_xlabel(broken(f"{_NAMES.get(against, against)} (nondimensional)", most))

@@ -54,7 +54,8 @@ class Levels:
         is_sampled = np.array(
             [mean is not None and mean.stderr is not None for mean in values], dtype=bool
         )
-        sampling, rest = np.nan_to_num(sampling), np.nan_to_num(whole - sampling)
+        rest = np.nan_to_num(whole - sampling)
+        sampling = np.nan_to_num(sampling)
         return Levels(
             power, sampling, np.where(is_sampled, rest, 0.0), np.where(is_sampled, 0.0, rest)
         )

@@ -64,7 +64,8 @@ class CircuitKeys:
 
     def _unknown(self, path: Path, key: str) -> InputError:
         """The error of a parameter that there is not."""
-        name, names = self.body.name or path.stem, [self.called(name) for name in self.elements]
+        names = [self.called(element) for element in self.elements]
+        name = self.body.name or path.stem
         if self._spelling or self.board.roles:
             every = dict.fromkeys([*self._spelling.values(), *names])
             error = unknown(f"parameter of netlist {name}", key, every)

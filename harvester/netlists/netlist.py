@@ -97,10 +97,8 @@ class Body:
             )
             if match is None:
                 raise invalid(where, "define a function, as .func f(x) {2*x}", line.text[:60])
-            name, names = (
-                _free(match[1], where),
-                tuple(name.strip() for name in match[2].split(",") if name.strip()),
-            )
+            name = _free(match[1], where)
+            names = tuple(part.strip() for part in match[2].split(",") if part.strip())
             if name in self.functions or name in SOURCES.functions:
                 raise invalid(where, "define a function that there is not yet", name)
             self.functions[name] = names, match[3].strip().strip("{}'\"")

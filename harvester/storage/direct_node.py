@@ -124,7 +124,8 @@ class _Consumer:
         """Stop the node, or begin its next state."""
         assert self.state is not None, "the caller checks"
         if volts <= stops[self.state]:
-            self.state, self.course.brown_outs = None, self.course.brown_outs + 1
+            self.state = None
+            self.course.brown_outs += 1
         elif self.left <= 0.0:
             if self.state == len(self.run.states) - 2:
                 self.sent.append(now)

@@ -130,10 +130,8 @@ def direct_nodes(
     records = np.zeros((ROWS, runs.count))
     records[STATE] = -1.0
     store[:] = storage.farads * volts.reshape(store.shape) / unit
-    drawn, durations = (
-        np.array([*run.drawn, run.waiting]),
-        np.array([duration for _, duration in run.states]),
-    )
+    drawn = np.array([*run.drawn, run.waiting])
+    durations = np.array([duration for _, duration in run.states])
     stops = np.array([*(run.stop_of(amperes) for amperes in run.drawn), -math.inf])
     leak = 1.0 / (storage.leakage_resistance or math.inf)
     now = 0.0

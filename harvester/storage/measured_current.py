@@ -128,10 +128,8 @@ class HeldPath:
         self.eqs = problem.equations
         self.scales = problem.scales
         self.circuit = circuit
-        self.h, self.farads = (
-            whole_steps(h, self.eqs.shaking_period),
-            HELD * self.scales.capacitance,
-        )
+        self.h = whole_steps(h, self.eqs.shaking_period)
+        self.farads = HELD * self.scales.capacitance
         self.at = self.circuit.charge_at(STORE)
         self.state = self.circuit.rest
         self.steps = 0

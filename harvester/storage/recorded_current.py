@@ -92,7 +92,8 @@ class StoreBatch:
         self.scales = problem.scales
         self.h = h
         self.charge = farads * volts
-        self.circuit, rest = circuit, self.eqs.resting_places[0]
+        self.circuit = circuit
+        rest = self.eqs.resting_places[0]
         self._row, self._unit = store_row(circuit, farads, self.scales)
         if isinstance(circuit, CompiledCircuit):
             self.state, self.sums = aligned((circuit.rows, BATCH)), aligned((circuit.sums, BATCH))

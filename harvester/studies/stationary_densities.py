@@ -230,7 +230,8 @@ def densities(
         raise invalid(
             "`spectrum`", f"be a number of frequencies from 0 to {MOST_FREQUENCIES}", spectrum
         )
-    begin, report = time.perf_counter(), progress or (lambda _: None)
+    begin = time.perf_counter()
+    report = progress or (lambda _: None)
     exists, answer = Density(within=within).solve(problem, lambda done: report(SOLVED * done))
     curves = _curves(problem, answer)
     report(DRAWN)

@@ -350,12 +350,50 @@ def own_functions():
     return {node.name for _, node in walked(ast.FunctionDef, ast.ClassDef)}
 
 
+@cache
+def functions_of_any_number():
+    """Names of functions of the package that take any number of arguments, as `print` does."""
+    kinds = walked(ast.FunctionDef, ast.AsyncFunctionDef)
+    return {node.name for _, node in kinds if node.args.vararg is not None}
+
+
+@cache
+def names_of_libraries():
+    """Of each file the names under which it imports modules of other projects: np, pn."""
+    found = defaultdict(set)
+    for name, node in walked(ast.Import):
+        for alias in node.names:
+            if not alias.name.startswith("harvester"):
+                found[name].add(alias.asname or alias.name.partition(".")[0])
+    return found
+
+
 def packed_calls():
-    """Calls of the package's own functions with arguments that another line packed: f(*packed)."""
+    """Calls of the package's own functions with arguments that another line packed: f(*packed).
+
+    Neither a function of any number of arguments, nor one that a function passes its own
+    ``*arguments`` on to, has a parameter each that a reader looks for.
+    """
+    passed_on = {
+        id(star)
+        for _, function in walked(ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
+        if function.args.vararg is not None
+        for star in ast.walk(function)
+        if isinstance(star, ast.Starred) and name_of(star.value) == function.args.vararg.arg
+    }
     for name, node in walked(ast.Call):
-        packed = [one for one in node.args if isinstance(one, ast.Starred)]
-        named = any(isinstance(one.value, ast.Name | ast.Attribute) for one in packed)
-        if named and name_of(node.func) in own_functions():
+        packed = [
+            one
+            for one in node.args
+            if isinstance(one, ast.Starred)
+            and isinstance(one.value, ast.Name | ast.Attribute)
+            and id(one) not in passed_on
+        ]
+        called = name_of(node.func)
+        if not packed or called not in own_functions() - functions_of_any_number():
+            continue
+        owner = getattr(node.func, "value", None)
+        if not (isinstance(owner, ast.Name) and owner.id in names_of_libraries()[name]):
             yield place(name, node)
 
 

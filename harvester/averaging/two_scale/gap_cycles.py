@@ -110,7 +110,9 @@ class DistantOrbits:
         q = self.q
         alpha = or_zero(self.eqs.alpha)
         beta = or_zero(self.eqs.beta)
-        self.B, self._offset, self.left = B, offset, -np.minimum(B, or_zero(self.eqs.gap))
+        self.B = B
+        self._offset = offset
+        self.left = -np.minimum(B, or_zero(self.eqs.gap))
         push = beta * (offset + self._mean_even)
         energy = potential(B, self.eqs.alpha)
         # not below the solution, to which Newton's steps go down from there
@@ -124,7 +126,9 @@ class DistantOrbits:
         self.c = 0.5 * (A - B)
         self.end = 2.0 * np.arcsin(np.sqrt(np.minimum((A - self.left) / (A + B), 1.0)))
         phi = self.end[..., None] * q.xi
-        self._sin, a, right = np.sin(phi), self.a[..., None], A[..., None]
+        self._sin = np.sin(phi)
+        a = self.a[..., None]
+        right = A[..., None]
         self.x = self.c[..., None] + a * np.cos(phi)
         # 2 [U(A) - U(x)]/(a sin Phi)^2 = pull/(1 + cos Phi): no difference of large numbers at
         # either end

@@ -112,7 +112,8 @@ class Grid:
             p.nodes < 1.0, first + self._width * p.nodes, seam + self._width * (p.nodes - 1.0)
         )
         b, rise = half_width(z, g)
-        self.B, self.weights = b - rest, self._width * p.weights
+        self.B = b - rest
+        self.weights = self._width * p.weights
         self._bare = rise * _force(b, eqs)
 
     def rising(self, energy: Floats) -> Floats:
@@ -155,7 +156,8 @@ class Grid:
 def _solved(matrix: Floats, right: Floats) -> Floats:
     """Solutions of positive symmetric systems (m, K, K), nan if one is not finite, scaled to a unit diagonal."""
     scale = 1.0 / np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
-    matrix, unit = matrix * scale[:, :, None] * scale[:, None, :], np.eye(matrix.shape[-1])
+    matrix = matrix * scale[:, :, None] * scale[:, None, :]
+    unit = np.eye(matrix.shape[-1])
     finite = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))[:, None]
     matrix = np.where(finite[..., None], matrix, unit)
     right = np.where(finite, right * scale, np.nan)

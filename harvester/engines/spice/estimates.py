@@ -79,10 +79,8 @@ def sampled_estimate(
         agreed,
         stand_in(problem),
     ]
-    seconds, steps = (
-        setup.seconds + runs.seconds,
-        sum(run.steps for run in (*runs.done, *runs.coarse)),
-    )
+    seconds = setup.seconds + runs.seconds
+    steps = sum(run.steps for run in (*runs.done, *runs.coarse))
     answer = estimate(
         name,
         problem,

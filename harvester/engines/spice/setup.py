@@ -167,7 +167,7 @@ def set_up(
     from harvester.circuits.compiled_circuit import TYPICAL
     from harvester.cosimulation.ngspice.locate_libngspice import find_library
     from harvester.cosimulation.runs import CoupledDevice, compiled_beforehand
-    from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
+    from harvester.mechanics.ensemble.loads import CHARGING_TIMES
 
     find_library()
     eqs = problem.equations

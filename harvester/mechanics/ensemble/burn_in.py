@@ -40,8 +40,6 @@ from harvester.uncertainty.value import two_digits
 FIRST_WINDOW = 32.0  # time units: about five periods
 SHORTEST = 0.25  # of the window before: one that ends a burn-in
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
-LOAD_TIMES = 5.0  # time constants of the load
-CHARGING_TIMES = 6.0  # time constants of a smoothing capacitor
 # from a window of half the burn-in they come out too short by a quarter at worst
 CORRELATION_TIMES = 10.0
 DRIFTING = 2.0  # times as long, where means may still change by hops between wells
@@ -111,7 +109,7 @@ def until_steady(
     Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded,
     but still changes after `LONGEST`; or when more steps are needed than ``budget`` allows.
     """
-    load = _load_memory(trajectories)
+    load = trajectories.loaded.memories * trajectories.loaded.memory
     begin = time.perf_counter() if begin is None else begin
     length = FIRST_WINDOW
     before = None
@@ -158,13 +156,6 @@ def _agree(means: Moments, before: Moments | None, *names: str) -> bool:
     return before is not None and all(means.agrees(before, name) for name in names)
 
 
-def _load_memory(trajectories: Trajectories) -> float:
-    """The time in which the load forgets the start: `CHARGING_TIMES` or `LOAD_TIMES` of its own."""
-    if trajectories.circuit is not None:
-        return CHARGING_TIMES * trajectories.circuit.memory
-    return 0.0 if trajectories.eqs.mu is None else LOAD_TIMES / trajectories.eqs.mu
-
-
 def _check_growth(trajectories: Trajectories, energy: float, first: float) -> None:
     """Refuse an energy that grew `GROWN` times, unless a growing friction bounds it."""
     if energy > GROWN * max(first, 1e-300) and not friction_bounds(trajectories.eqs):
@@ -203,15 +194,14 @@ def memory(
     times as many.  Between unlike wells also that of x, which sees hops however rare: trajectories begin in each of
     the wells.  With ``hops``, the effect of hops is left out.
     """
-    eqs, circuit = trajectories.eqs, trajectories.circuit
+    eqs = trajectories.eqs
     if not eqs.is_random:
         return TRANSIENTS * slowest_transient(eqs)
     x, v, voltage = trajectories.snapshot()
     pairs = [(window.x2 + window.v2, x * x + v * v), (window.V2, voltage * voltage)]
     if eqs.has_unlike_wells:
         pairs.append((window.x, x))
-    if circuit is not None:
-        pairs.append((window.load, circuit.mu * trajectories.state[:, 3].ravel() ** 2))
+    pairs += trajectories.loaded.powers(window, trajectories.state)
     if hops is not None:
         pairs = [
             (hops.less_well_means(means), hops.less_well_means(values)) for means, values in pairs
@@ -267,10 +257,8 @@ def _cut_short(trajectories: Trajectories, load: float, response: float) -> Diag
     """Why a burn-in of `LONGEST` may be too short."""
     why, constant = "", ""
     if load > trajectories.time:
-        circuit = trajectories.circuit
-        constant = (
-            f"1/mu = {load / LOAD_TIMES:g}" if circuit is None else f"R C w0 = {circuit.memory:g}"
-        )
+        pair = trajectories.loaded
+        constant = f"{pair.constant} = {pair.memory:g}"
         why = "load"
     elif response > trajectories.time:
         why = "response"

@@ -24,15 +24,14 @@ from harvester.arrays import Bools, Floats, aligned
 from harvester.equations.coefficients import Equations
 from harvester.equations.impact_order import STRONG, step_order
 from harvester.mechanics.ensemble.burn_in import (
-    CHARGING_TIMES,
     COMPLIANT,
     CORRELATION_TIMES,
     FIRST_WINDOW,
     GROWN,
-    LOAD_TIMES,
     LONGEST,
     MOST_STEPS,
 )
+from harvester.mechanics.ensemble.loads import CHARGING_TIMES, LOAD_TIMES
 from harvester.mechanics.ensemble.trajectories import each, start_of, stride_of
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary
 from harvester.mechanics.kernels.coefficients import Coefficients

@@ -17,6 +17,7 @@ from harvester.mechanics.kernels.circuit_control_variates import circuit_boundar
 from harvester.mechanics.kernels.control_variates import boundary
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import update_of
+from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.offset_stops import loss_unit
 from harvester.mechanics.kernels.shaken_control_variates import martingales
 from harvester.mechanics.kernels.shaking import Filter
@@ -32,6 +33,8 @@ from harvester.mechanics.kernels.trajectory_batch import (
 from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion
 from harvester.mechanics.trace import mechanics_of
 
+LOAD_TIMES = 5.0  # time constants of the load
+CHARGING_TIMES = 6.0  # time constants of a smoothing capacitor
 IDEAL_ROWS = 5  # x, x', V, the voltage of the store, and the place of the switch
 # of a state that a kernel of its own advances: what is above grows without bound, by steps that
 # take ever longer
@@ -43,7 +46,8 @@ class Loaded(Protocol):
 
     ``rows`` are those of states, ``sums`` those that a run adds up, ``martingales`` those of its
     controls.  A state beyond ``largest`` grows without bound.  ``is_dear``: a step costs as much as
-    many of one mode with a resistor.
+    many of one mode with a resistor.  The load forgets the start in ``memories`` of its time
+    constant, whose name is ``constant``.
     """
 
     rows: int
@@ -51,7 +55,13 @@ class Loaded(Protocol):
     martingales: int
     largest: float
     is_dear: bool
+    memories: float
+    constant: str
     coefficients: Any
+
+    @property
+    def memory(self) -> float:
+        """The time constant of the load; 0 for an open circuit."""
 
     @property
     def loss_unit(self) -> float:
@@ -91,6 +101,9 @@ class Loaded(Protocol):
     def controls(self, martingale: Floats, change: Floats) -> Floats:
         """All controls, of martingales and of the change of the functions, each of shape (n, count)."""
 
+    def powers(self, means: Moments, state: Floats) -> list[tuple[Floats, Floats]]:
+        """The load's mean power in a window, and its power now, if it has one other than that of V^2."""
+
     def stored(self, state: Floats) -> Floats:
         """The store voltage of the load in each trajectory, shape (count,); 0 without one."""
 
@@ -105,12 +118,19 @@ class WithResistor:
     sums = len(SUMS)
     largest = math.inf
     is_dear = False
+    memories = LOAD_TIMES
+    constant = "1/mu"
     circuit: IdealCircuit | None = None
 
     def __init__(self, eqs: Equations) -> None:
         self.eqs = eqs
         self.coefficients: Any = mechanics_of(eqs).coefficients
         self.martingales = martingales(eqs.coloured is not None)
+
+    @property
+    def memory(self) -> float:
+        """The time constant of the piezo with the resistor."""
+        return 0.0 if self.eqs.mu is None else 1.0 / self.eqs.mu
 
     @property
     def loss_unit(self) -> float:
@@ -160,6 +180,10 @@ class WithResistor:
         """The martingales, and then the changes."""
         return np.vstack([martingale, change])
 
+    def powers(self, means: Moments, state: Floats) -> list[tuple[Floats, Floats]]:
+        """No power other than that of V^2."""
+        return []
+
     def stored(self, state: Floats) -> Floats:
         """There is no store."""
         return np.zeros(len(state) * BATCH)
@@ -168,24 +192,22 @@ class WithResistor:
         """No circuit step can fail."""
 
 
-class WithIdeal(WithResistor):
-    """One mode with an ideal circuit, whose capacitor is empty at first."""
+class WithStore(WithResistor):
+    """What all loads with a capacitor share, that of the rectified voltage, which is empty at first."""
 
-    rows = IDEAL_ROWS
-    sums = len(IDEAL_SUMS)
+    memories = CHARGING_TIMES
+    constant = "R C w0"
+    store: IdealCircuit | OwnCircuit
 
-    def __init__(self, eqs: Equations, circuit: IdealCircuit) -> None:
-        super().__init__(eqs)
-        self.circuit = circuit
+    @property
+    def memory(self) -> float:
+        """The time constant of the capacitor with the load."""
+        return self.store.memory
 
     @property
     def loss_unit(self) -> float:
         """The sums are energies."""
         return 1.0
-
-    def begin(self, state: Floats) -> None:
-        """Place the switch at the displacement."""
-        state[:, 4] = state[:, 0]
 
     def batch(
         self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
@@ -202,20 +224,41 @@ class WithIdeal(WithResistor):
         """Each martingale with its change."""
         return interleaved(martingale, change)
 
+    def powers(self, means: Moments, state: Floats) -> list[tuple[Floats, Floats]]:
+        """The load's mean power in a window, and its power now."""
+        return [(means.load, self.store.mu * self.stored(state) ** 2)]
+
     def stored(self, state: Floats) -> Floats:
         """The voltage of its capacitor."""
         return state[:, 3].ravel()
 
 
-class WithCircuit(WithIdeal):
+class WithIdeal(WithStore):
+    """One mode with an ideal circuit."""
+
+    rows = IDEAL_ROWS
+    sums = len(IDEAL_SUMS)
+
+    def __init__(self, eqs: Equations, circuit: IdealCircuit) -> None:
+        super().__init__(eqs)
+        self.circuit = circuit
+        self.store = circuit
+
+    def begin(self, state: Floats) -> None:
+        """Place the switch at the displacement."""
+        state[:, 4] = state[:, 0]
+
+
+class WithCircuit(WithStore):
     """One mode with a circuit that brings kernels of its own."""
 
     largest = LARGEST
     is_dear = True
 
     def __init__(self, eqs: Equations, circuit: OwnCircuit) -> None:
-        WithResistor.__init__(self, eqs)
+        super().__init__(eqs)
         self.kernels = circuit
+        self.store = circuit
         self.rows = circuit.rows
         self.sums = circuit.sums
 
@@ -300,12 +343,18 @@ class ModesWithResistor(WithResistor):
         return self.motion.boundary(states, self.eqs)
 
 
-class ModesWithIdeal(ModesWithResistor):
+class ModesWithIdeal(WithStore, ModesWithResistor):
     """Several modes with an ideal circuit."""
 
     def __init__(self, eqs: Equations, circuit: IdealCircuit) -> None:
-        super().__init__(eqs, circuit)
+        ModesWithResistor.__init__(self, eqs, circuit)
+        self.store = circuit
         self.martingales = martingales(eqs.coloured is not None)
+
+    @property
+    def loss_unit(self) -> float:
+        """As without a circuit."""
+        return 1.0 / self.motion.mobility
 
     def begin(self, state: Floats) -> None:
         """Place the switch at the displacement, and a ball amid its box."""
@@ -322,14 +371,6 @@ class ModesWithIdeal(ModesWithResistor):
     def boundary(self, states: Floats) -> Floats:
         """Those of the modes and the store."""
         return self.motion.boundary(states, self.eqs, IDEAL_ROWS)
-
-    def controls(self, martingale: Floats, change: Floats) -> Floats:
-        """Each martingale with its change."""
-        return interleaved(martingale, change)
-
-    def stored(self, state: Floats) -> Floats:
-        """The voltage of its capacitor."""
-        return state[:, 3].ravel()
 
 
 class ModesWithCircuit(WithCircuit):

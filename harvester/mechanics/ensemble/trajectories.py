@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -128,7 +129,9 @@ class Trajectories:
         self.put_behind(circuit)
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
-        self._kind = circuit, ngspice_rule, self.controlled
+        self._alike: Callable[..., Trajectories] = partial(
+            Trajectories, circuit=circuit, ngspice_rule=ngspice_rule, controlled=self.controlled
+        )
         self.own_sums: Any = 0.0  # what the load alone has counted, in all
         # the first: of a step whose noise is that of the steps in it
         self.doublings = 0
@@ -190,13 +193,10 @@ class Trajectories:
         if too many circuit steps fail.
         """
         if duration > MOST_STEPS * self.h:
-            raise invalid(
-                "`duration`", f"be at most {MOST_STEPS:.0e} steps", f"{duration / self.h:.3g} steps"
-            )
-        # from one sample to the next
-        eqs = self.eqs
-        time = self.stride * self.h
-        samples_a_period = round((eqs.shaking_period or time) / time)
+            most = f"be at most {MOST_STEPS:.0e} steps"
+            raise invalid("`duration`", most, f"{duration / self.h:.3g} steps")
+        time = self.stride * self.h  # from one sample to the next
+        samples_a_period = round((self.eqs.shaking_period or time) / time)
         samples = samples_a_period * max(1, round(duration / (samples_a_period * time)))
         pair = self.loaded
         sums = aligned((self.blocks, pair.sums, BATCH))
@@ -234,7 +234,7 @@ class Trajectories:
             )
         self.own_sums = self.own_sums + sums[:, len(IDEAL_SUMS) :].sum(axis=(0, 2))
         pair.check(self.own_sums, self.state)
-        moments = from_sums(sums, samples, elapsed, pair.loss_unit, eqs.load)
+        moments = from_sums(sums, samples, elapsed, pair.loss_unit, self.eqs.load)
         if noise is None:
             return moments
         known = pair.controls(np.hstack(list(noise)), pair.boundary(self._states()) - begin)
@@ -259,18 +259,18 @@ class Trajectories:
 
     def block(self, h: float | None) -> "Trajectories":
         """Fresh trajectories of the same scene, but a single block of them."""
-        return Trajectories(self.eqs, 1, self.seed, h, None, *self._kind)
+        return self._alike(self.eqs, 1, self.seed, h, None)
 
     def with_step(self, h: float) -> "Trajectories":
         """Fresh trajectories of the same scene and number at another step, on other noise."""
-        return Trajectories(self.eqs, self.count, child(self.seed, 1), h, self.start, *self._kind)
+        return self._alike(self.eqs, self.count, child(self.seed, 1), h, self.start)
 
     def coarser(self) -> "Trajectories":
         """Fresh trajectories of the same scene, number and start at twice the step, on the same noise.
 
         Without shaking other than white noise these have coarser ones as well.
         """
-        other = Trajectories(self.eqs, self.count, self.seed, 2.0 * self.h, self.start, *self._kind)
+        other = self._alike(self.eqs, self.count, self.seed, 2.0 * self.h, self.start)
         other.doublings = self.doublings + 1
         other._origin = self._origin
         other.restart(other.h)
@@ -280,7 +280,7 @@ class Trajectories:
     def continued(self, eqs: Equations, h: float) -> "Trajectories":
         """Trajectories that continue from the present states under a drive of another frequency, at a step up to h."""
         now = self.state.copy(), self.filter.copy(), self.words.copy()
-        return Trajectories(eqs, self.count, child(self.seed, 3), h, self.start, *self._kind, now)
+        return self._alike(eqs, self.count, child(self.seed, 3), h, self.start, origin=now)
 
 
 def start_of(eqs: Equations, count: int) -> Floats:

@@ -120,13 +120,13 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
     table, rough, steps, _ = measured(problem, top, runs.h)
     both = compiled_circuit(circuit, problem.scales)
-    store = circuit.smoothing, both.resistance
-    volts, curve = reached(table, top, *store)
+    farads, ohm = circuit.smoothing, both.resistance
+    volts, curve = reached(table, top, farads, ohm)
     check = direct_check(problem, both, volts, curve, duration, runs.h)
     judge, unknown = error_of_circuit(problem, float(volts[-1]))
 
     def at(current: RectifiedCurrent) -> Floats:
-        times_at = times_to(levels, current, *store) + check.late
+        times_at = times_to(levels, current, farads, ohm) + check.late
         return np.where(times_at > duration, math.inf, times_at)
 
     times = at(table)
@@ -158,12 +158,15 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     scales, circuit = problem.scales, problem.circuit
     assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
     top = float(levels[-1])
-    store = (circuit.smoothing, compiled_circuit(circuit, scales).resistance)
+    farads = circuit.smoothing
+    ohm = compiled_circuit(circuit, scales).resistance
     table, _, steps, _ = measured(problem, top, runs.h, runs.seed)
-    mean = times_to(levels, table, *store)
+    mean = times_to(levels, table, farads, ohm)
     end = min(runs.duration, LONGER * float(mean[-1]))
     paths_by_step = [
-        random_paths(table, *store, top, end, runs.count, runs.seed, coarse)
+        random_paths(
+            table, farads, ohm, top=top, end=end, count=runs.count, seed=runs.seed, coarse=coarse
+        )
         for coarse in (False, True)
     ]
     times, coarse = (
@@ -183,14 +186,14 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
         slow = times[:, level]
     free = None if both else circuit.smoothing
     elements, separation, more = noise_check(
-        problem, table, reached(table, top, *store), free, runs.seed
+        problem, table, reached(table, top, farads, ohm), free, runs.seed
     )
     judge, unknown = error_of_circuit(problem, top, runs.seed)
-    sampling = error_of_times(levels, table, *store)
+    sampling = error_of_times(levels, table, farads, ohm)
     if not np.isfinite(sampling).all():
         unknown = " and ".join(filter(None, (unknown, MEASURED_CURRENT)))
     model = half95(_finite(sampling))
-    model += _finite(times_to(levels, table.halved(), *store) - mean) + (
+    model += _finite(times_to(levels, table.halved(), farads, ohm) - mean) + (
         judge + elements + separation
     ) * _finite(mean)
     if both is not None:

@@ -93,7 +93,8 @@ class Extremes(TableResult):
     @property
     def table(self) -> Table:
         """A row a quantity, and the level that each share of devices stays below."""
-        names, units = self.unit_names, [*self._units.values()]
+        names = self.unit_names
+        units = [*self._units.values()]
         columns = [Column("largest", [*self.levels], label="largest in the lifetime")]
         for share in SHARES:
             levels = [level[share] for level in self.levels.values()]

@@ -134,7 +134,16 @@ def _point(
     )
     known = spread is not None and spread <= UNLIKE and problem.equations.modes is None
     phases = _phases(problem, pair, model.circuit) if known else (None, None)
-    return ResponsePoint(direction, frequency, v2, power, spread, displacement, *phases)
+    return ResponsePoint(
+        direction=direction,
+        frequency=frequency,
+        mean_square_voltage=v2,
+        mean_power=power,
+        spread=spread,
+        displacement_rms=displacement,
+        displacement_phase=phases[0],
+        voltage_phase=phases[1],
+    )
 
 
 def _spread(each: Floats) -> float:

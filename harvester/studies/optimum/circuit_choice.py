@@ -139,7 +139,8 @@ class CircuitChoice(Optimum, kw_only=True):
     @property
     def table(self) -> Table:
         """A row a circuit, in the order that they were given."""
-        rows, powers = [*self.optima.items()], [_optimum(answer) for answer in self.optima.values()]
+        rows = [*self.optima.items()]
+        powers = [_optimum(answer) for answer in self.optima.values()]
         bias = Column(
             "mean_power_bias",
             [None if optimum is None else optimum.mean_power.bias for optimum in powers],

@@ -191,7 +191,8 @@ class SampledSearch:
         surface = self.surface
         engine = self.engine
         begin = len(self.surface.points)
-        surface.share, before = SCOUTED * surface.share, surface.share
+        before = surface.share
+        surface.share = SCOUTED * before
         try:
             if engine.runs_ngspice:
                 if (cheaper := self.scout()) is None:

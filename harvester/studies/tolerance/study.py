@@ -117,10 +117,8 @@ class ToleranceStudy:
             dearer = self._sweep(check[1], x[served], "checks", len(x), n_runs)
             ratio = sampling.compared(table, served.tolist(), dearer, engine, check[1])
             samples, ends = sampling.corrected(samples, ratio), sampling.corrected(ends, ratio)
-        alone, warnings = (
-            sampling.column(table, "mean_power")[runs:alone_to] * samples.ratio,
-            [*_failures(table)],
-        )
+        alone = sampling.column(table, "mean_power")[runs:alone_to] * samples.ratio
+        warnings = [*_failures(table)]
         computed = x[:runs][samples.served]
         held = np.vstack([computed, x[alone_to:][ends.served]])
         surface = fit(
@@ -133,7 +131,8 @@ class ToleranceStudy:
             table = self._sweep(engine, every, f"{engine.NAME}-all", 0, runs)
             samples = sampling.direct(engine, table)
             samples = samples if ratio is None else sampling.corrected(samples, ratio)
-            computed, warnings = every[samples.served], [*_failures(table)]
+            computed = every[samples.served]
+            warnings = [*_failures(table)]
             surface = fit(computed, samples.values["mean_power"])
         failed = int((~samples.served).sum())
         many = computed

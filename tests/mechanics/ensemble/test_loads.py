@@ -8,6 +8,7 @@ from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.circuits.idealised import ideal_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.loads import loaded
+from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from tests.support.paths import ROOT
 
@@ -40,6 +41,13 @@ def test_rows_that_a_load_begins_are_those_that_it_has(mechanics, load):
     block = pair.batch(state[0], np.zeros((2, BATCH), np.uint64), None, None)
     assert (block.U is None) == (load == "resistor")
     assert pair.is_dear == (load == "compiled")
+    memory = 1.0 / problem.equations.mu if circuit is None else circuit.memory
+    assert (pair.memory, pair.constant) == (memory, "1/mu" if circuit is None else "R C w0")
+    state[:, 3:] = 2.0
+    means = Moments(*np.ones((12, 2 * BATCH)))
+    powers = [now for _, now in pair.powers(means, state)]
+    assert len(powers) == (circuit is not None)
+    assert all((power == 4.0 * circuit.mu).all() for power in powers)
     rows = len(pair.boundary(np.ones((pair.rows, 4))))
     assert rows == {("resistor", 0): 4, ("resistor", 2): 1}.get((load, further), 9)
 
