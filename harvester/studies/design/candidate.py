@@ -230,7 +230,13 @@ def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
         least, 2.0 * WIDE * kept / (needed.voltage**2 - (needed.stop or LOW * needed.voltage) ** 2)
     )
     series = between(SERIES, SMALLEST, LARGEST)
-    return next((capacitor for capacitor in series if capacitor >= least), series[-1])
+    return next((farads for farads in series if farads >= least), series[-1])
+
+
+def capacitor(smallest: float, scene: Scene) -> float:
+    """The capacitance (F) of the scene's [storage] if that is enough, else the ``smallest`` that is."""
+    has = 0.0 if scene.storage is None else scene.storage.farads
+    return max(has, smallest)
 
 
 def nominal(
