@@ -69,7 +69,7 @@ def read(name: str, text: str) -> float:
 
 
 def known_values(texts: Mapping[str, str]) -> dict[str, float]:
-    """The fields of a linear device in SI units, as far as the texts give them: also what follows from others.
+    """The fields of a linear device in SI units, as far as the texts give them.
 
     Raises InputError for a text that is not a value.
     """

@@ -12,7 +12,7 @@ LASTS = 10.0  # outages that a node is followed for, at most
 
 @dataclass(frozen=True)
 class NodeState:
-    """The end of a course: the store's voltage (V), whether the node is ``on``, and the voltages of the branches."""
+    """The end of a course: the voltages (V) of store and branches, and whether the node is on."""
 
     volts: float
     on: bool

@@ -234,7 +234,7 @@ class NodeRun:
         return followed
 
     def _levels(self, wake: float, length: float) -> Floats:
-        """What the kernel takes of voltages, the store and the windows of a ``length`` (s)."""
+        """The kernel's voltages and store, for windows of a ``length`` (s)."""
         storage = self.storage
         low = self.node.low_voltages or (-math.inf, -math.inf)
         held = storage.battery_voltage or 0.0
@@ -242,7 +242,7 @@ class NodeRun:
         return np.array([wake, self.top, self.farads, length, held, *low, self.spared, leak])
 
     def follow_outage(self, course: NodeCourse) -> None:
-        """Fill in the numbers of a course in the outage that is asked for, if one is and the node is on.
+        """Fill in the numbers of a course in the outage, if there is one and the node is on.
 
         It begins with a packet.  The charge that leaks back through the rectifier is not counted.
         """
@@ -325,7 +325,7 @@ class NodeRun:
 
 
 def _first_that(lasts: Callable[[float], bool], choices: tuple[float, ...]) -> float | None:
-    """The first of ascending choices with which a node lasts, as all after it do; None if the last does not."""
+    """The first of ascending choices that lasts; None if the last does not."""
     if not choices or not lasts(choices[-1]):
         return None
     high = bisect_left(range(len(choices) - 1), True, key=lambda k: lasts(choices[k]))

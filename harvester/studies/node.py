@@ -600,7 +600,7 @@ def _live(
 
 
 def _power_of(reading: _Reading, energy: str, key: float | None) -> Value | None:
-    """The mean power (W) of one of a course's energies; None if the key that it depends on is left out."""
+    """The mean power (W) of one of a course's energies; None if its key is left out."""
     if key is None:
         return None
     return reading.value(lambda course: float(getattr(course, energy)) / course.end)

@@ -10,7 +10,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError
 from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
-from harvester.presentation.diagnostic import refusal
+from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.presentation.messages.unknown_parts import (
     COMPILED_CIRCUIT,
     IDEAL_ELEMENTS,
@@ -264,3 +264,12 @@ def nominal(
     ]
     best = usable[int(np.argmax(rough))]
     return best, evaluate(best, scene, needed, farads, seed, MANY)
+
+
+def of_capacitor(device: Scene, smallest: float) -> list[Diagnostic]:
+    """How the capacitor of the scene's [storage] compares with the ``smallest`` (F) that is enough."""
+    store = device.storage
+    if store is None or store.capacitance is None:
+        return []
+    code = "capacitor_kept" if store.farads >= smallest else "capacitor_too_small"
+    return [note(code, "storage.capacitance", has=store.farads, smallest=smallest)]

@@ -21,7 +21,14 @@ from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.scene.scene_writer import as_written
 from harvester.storage.bought_parts import CHIPS
-from harvester.studies.design.candidate import Candidate, Given, capacitance, capacitor, nominal
+from harvester.studies.design.candidate import (
+    Candidate,
+    Given,
+    capacitance,
+    capacitor,
+    nominal,
+    of_capacitor,
+)
 from harvester.studies.design.design_need import DesignNeed, read_need
 from harvester.studies.design.design_result import DesignCandidate, DesignResult
 from harvester.studies.design.yield_share import share_met
@@ -136,7 +143,7 @@ def design(
         *left_out,
         note("design_by_share" if spreads else "design_simplest"),
         check,
-        *_of_capacitor(device, smallest),
+        *of_capacitor(device, smallest),
     ]
     if chosen.coil is not None:
         remarks.append(warning("detector_not_counted", chosen.circuit))
@@ -192,15 +199,6 @@ def _chips_not_compared(names: Sequence[str]) -> list[Diagnostic]:
         for name, chip in CHIPS.items()
         if name not in names
     ]
-
-
-def _of_capacitor(device: Scene, smallest: float) -> list[Diagnostic]:
-    """How the capacitor of the scene's [storage] compares with the ``smallest`` (F) that is enough."""
-    store = device.storage
-    if store is None or store.capacitance is None:
-        return []
-    code = "capacitor_kept" if store.farads >= smallest else "capacitor_too_small"
-    return [note(code, "storage.capacitance", has=store.farads, smallest=smallest)]
 
 
 def _nominal(
