@@ -190,15 +190,12 @@ def _need(needed: DesignNeed, name: str) -> DesignNeed:
 
 def _chips_not_compared(names: Sequence[str]) -> list[Diagnostic]:
     """Why the chips that are not among the ``names`` are left out."""
-    return [
-        note(
-            "circuit_left_out",
-            name,
-            why=str(refusal("chip_not_asked" if chip.netlist == name else "chip_without_netlist")),
-        )
+    reasons = {
+        name: refusal("chip_not_asked" if chip.netlist == name else "chip_without_netlist")
         for name, chip in CHIPS.items()
         if name not in names
-    ]
+    }
+    return [note("circuit_left_out", name, why=str(why)) for name, why in reasons.items()]
 
 
 def _nominal(
