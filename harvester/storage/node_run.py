@@ -178,7 +178,7 @@ class NodeRun:
 
     @property
     def needed(self) -> float:
-        """The mean power (W) that the node takes from the store while it runs, at the wake voltage, without retries."""
+        """The mean power (W) that the node draws from the store while it runs, at the wake voltage, without retries."""
         k = round(min(self.node.wake_voltage, self.top) / self.top * (len(self.volts) - 1))
         charge = sum(
             float(drawn[k]) * seconds

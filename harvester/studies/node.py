@@ -121,12 +121,12 @@ class NodeResult(TableResult):
         whether the node keeps its interval, and how many packets it sends per day: a note, whose
         ``str`` is the sentence.
     harvested
-        a `Value`: the mean power (W) that comes into the store beyond what the clamp takes.
+        a `Value`: the mean power (W) into the store beyond that of the clamp.
     used, clamped, leaked
         `Value` each: the mean power (W) that the node consumes, that the clamp
         dissipates and that leaves through the store's leakage; None if absent.
     needed
-        the power (W) that the node takes from the store while it runs.
+        the power (W) that the node draws from the store while it runs.
     limit
         what limits it: "interval", "energy", "store", "wake_voltage", "cold_start", "battery" or
         "time".
