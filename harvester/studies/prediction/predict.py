@@ -122,7 +122,7 @@ def predict(
         seed=seed,
         execution=execution,
     )
-    devices = _Devices(priors, spread, problem, seed)
+    devices = Devices(priors, spread, problem, seed)
     power, voltage = devices.intervals()
     quantities = [_quantity(entry, devices, prior) for entry in priors]
     return Prediction(
@@ -132,6 +132,7 @@ def predict(
         power=power,
         voltage=voltage,
         quantities=tuple(sorted(quantities, key=lambda entry: entry.width_after or math.inf)),
+        impedance_curve=_after_impedance(devices, prior),
         model_sigma=model_sigma(problem),
         samples=len(spread.power),
         physical=True,
@@ -147,7 +148,7 @@ def _computed(problem: Problem, engine: Named | None, seed: int) -> Value:
     return engine_of(engine).run(problem).mean_power
 
 
-class _Devices:
+class Devices:
     """Many devices, by polynomials for the logarithms of power and voltage.
 
     The variables are the standardised logarithms of the keys, and a uniform key from -1 to 1.  The
@@ -175,14 +176,22 @@ class _Devices:
         # Three more columns: the model error, and the noise of either polynomial.
         self.u = sobol_points(DRAWS, len(priors) + 3, seed)
 
-    def intervals(self, measured: Prior | None = None) -> tuple[RealDevice, RealDevice]:
-        """Power and voltage, with the spread that a quantity has after it was ``measured``."""
+    def intervals(self, *measured: Prior) -> tuple[RealDevice, RealDevice]:
+        """Power and voltage, with the spreads that quantities have after they were ``measured``."""
+        power, voltage, model = self.logarithms(*measured)
+        return (
+            interval(np.exp(power + model), self.without_power, "W"),
+            interval(np.exp(voltage + 0.5 * model), self.without_power, "V"),
+        )
+
+    def logarithms(self, *measured: Prior) -> tuple[Floats, Floats, Floats]:
+        """Logarithms of power and voltage of the devices, and of the factor of the model error; shape (draws,)."""
         from scipy.special import ndtri
 
         normal = ndtri(self.u)
         x = np.empty((DRAWS, len(self.priors)))
         for k, (entry, middle) in enumerate(zip(self.priors, self.middles, strict=True)):
-            better = None if measured is None or measured.quantity != entry.quantity else measured
+            better = next((one for one in measured if one.quantity == entry.quantity), None)
             if entry.key_sigma is not None:
                 sigma = entry.key_sigma if better is None else better.key_sigma or 0.0
                 x[:, k] = normal[:, k] * sigma / entry.key_sigma
@@ -192,13 +201,9 @@ class _Devices:
                     low, high = entry.between
                     near = middle + EXACT * x[:, k]
                     x[:, k] = np.clip(2.0 * (near - low) / (high - low) - 1.0, -1.0, 1.0)
-        model = self.model * normal[:, -3]
-        power = self.power_law(x) + model + self.power_law.scatter * normal[:, -2]
-        voltage = self.voltage_law(x) + 0.5 * model + self.voltage_law.scatter * normal[:, -1]
-        return (
-            interval(np.exp(power), self.without_power, "W"),
-            interval(np.exp(voltage), self.without_power, "V"),
-        )
+        power = self.power_law(x) + self.power_law.scatter * normal[:, -2]
+        voltage = self.voltage_law(x) + self.voltage_law.scatter * normal[:, -1]
+        return power, voltage, self.model * normal[:, -3]
 
 
 def _standardised(entry: Prior, middle: float, values: Floats) -> Floats:
@@ -223,7 +228,7 @@ def interval(values: Floats, zeros: float, unit: str) -> RealDevice:
     return RealDevice(float(median), float(low), float(high), unit)
 
 
-def _quantity(entry: Prior, devices: _Devices, device_class: str) -> UncertainQuantity:
+def _quantity(entry: Prior, devices: Devices, device_class: str) -> UncertainQuantity:
     """A quantity, its spread, and the width of the power's interval after a measurement."""
     better = prior_of(entry.quantity, "measured", device_class)
     if better is None and entry.between is not None:
@@ -235,6 +240,17 @@ def _quantity(entry: Prior, devices: _Devices, device_class: str) -> UncertainQu
     return UncertainQuantity(
         entry.quantity, entry.key, entry.origin, entry.sigma, after, entry.source
     )
+
+
+def _after_impedance(devices: Devices, device_class: str) -> float | None:
+    """The width of the power's interval after an impedance curve; None if it would narrow no quantity."""
+    better = []
+    for entry in devices.priors:
+        measured = prior_of(entry.quantity, "measured_low", device_class)
+        if measured is None or entry.sigma is None or (measured.sigma or 0.0) >= entry.sigma:
+            continue
+        better.append(measured)
+    return devices.intervals(*better)[0].ratio if better else None
 
 
 def _remarks(

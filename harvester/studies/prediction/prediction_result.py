@@ -59,6 +59,9 @@ class Prediction(Result):
         of a real device: ``median``, ``low`` and ``high`` ends of the 95 % interval (W, V rms).
     quantities
         the quantities that scatter, that whose measurement narrows the interval most first.
+    impedance_curve
+        the ratio of the ends of the power's interval after an impedance curve at a low level, by
+        which frequency, damping, coupling and capacitance are known; None if it narrows nothing.
     model_sigma
         the standard deviation of the logarithm of the power for the model error.
     samples
@@ -78,7 +81,9 @@ class Prediction(Result):
 
     DERIVED = ("real_device", "next_measurement", "measurements")
     INTERNAL = frozenset({"quantities"})
-    NOT_SHOWN = frozenset({"power", "voltage", "model_sigma", "samples", "quantities"})
+    NOT_SHOWN = frozenset(
+        {"power", "voltage", "impedance_curve", "model_sigma", "samples", "quantities"}
+    )
     NOT_IN_JSON = frozenset({"real_device"})
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "prior", "computed", "next_measurement")
 
@@ -88,6 +93,7 @@ class Prediction(Result):
     power: RealDevice
     voltage: RealDevice
     quantities: tuple[UncertainQuantity, ...]
+    impedance_curve: float | None
     model_sigma: float
     samples: int
     physical: bool
@@ -119,12 +125,18 @@ class Prediction(Result):
         """The quantities, their origins, and the power's interval after a measurement."""
         some = self.quantities
         sigmas = [None if entry.sigma is None else 100.0 * entry.sigma for entry in some]
+        names = [entry.quantity for entry in some]
+        origins = [entry.origin for entry in some]
+        widths = [entry.width_after for entry in some]
+        if self.impedance_curve is not None:
+            names.append("impedance curve")
+            origins.append("")
+            sigmas.append(None)
+            widths.append(self.impedance_curve)
         columns = (
-            Column("quantity", [entry.quantity for entry in some]),
-            Column("origin", [entry.origin for entry in some], label="known from"),
+            Column("quantity", names),
+            Column("origin", origins, label="known from"),
             Column("sigma", sigmas, "%", label="standard deviation"),
-            Column(
-                "width_after", [entry.width_after for entry in some], label="high/low if measured"
-            ),
+            Column("width_after", widths, label="high/low if measured"),
         )
         return Table(columns, "spread of each quantity, and the power's interval if it is measured")

@@ -51,6 +51,19 @@ def test_a_measurement_narrows_as_its_smaller_spread_does():
     assert result.next_measurement == min(after, key=after.get) == "damping"
 
 
+def test_an_impedance_curve_narrows_all_that_it_measures():
+    """Its width is that of a prediction whose numbers were measured at a low level, and None if it narrows nothing."""
+    unknown = GIVEN | {"coupling": "geometry", "damping": "unknown"}
+    result = hv.predict(weak(), prior="composite", known=unknown)
+    low = GIVEN | {"coupling": "measured_low", "damping": "measured_low"}
+    measured = hv.predict(weak(), prior="composite", known=low)
+    assert result.impedance_curve == pytest.approx(measured.power.ratio, rel=0.05)
+    assert result.impedance_curve < 0.5 * result.power.ratio
+    assert result.measurements.columns[0].cells[-1] == "impedance curve"
+    assert measured.impedance_curve is None
+    assert "impedance curve" not in measured.measurements.columns[0].cells
+
+
 def test_the_error_of_the_computation_stays_apart():
     """The scene as it is written has its closed form, without the spread of the device."""
     result = hv.predict(weak(), samples=64)
