@@ -33,6 +33,8 @@ class UncertainQuantity(Result):
     ``origin`` is the origin of its number, ``sigma`` the standard deviation of its logarithm
     (None: a uniform range), and ``width_after`` the ratio of the ends of the power's interval
     after the quantity was measured at the level of use; None if a measurement narrows nothing.
+    After single points of a data sheet ``factor`` is the median of the quantity over its number in
+    the scene, and ``sigma_left`` the standard deviation of its logarithm; None without points.
     """
 
     quantity: str
@@ -41,6 +43,8 @@ class UncertainQuantity(Result):
     sigma: float | None
     width_after: float | None
     source: str
+    factor: float | None = None
+    sigma_left: float | None = None
 
 
 class Prediction(Result):
@@ -133,10 +137,17 @@ class Prediction(Result):
             origins.append("")
             sigmas.append(None)
             widths.append(self.impedance_curve)
-        columns = (
+        columns: tuple[Column, ...] = (
             Column("quantity", names),
             Column("origin", origins, label="known from"),
             Column("sigma", sigmas, "%", label="standard deviation"),
             Column("width_after", widths, label="high/low if measured"),
         )
+        if any(entry.factor is not None for entry in some):
+            more = len(names) - len(some)
+            left = [None if row.sigma_left is None else 100.0 * row.sigma_left for row in some]
+            columns += (
+                Column("factor", [*(row.factor for row in some), *[None] * more], label="factor"),
+                Column("sigma_left", [*left, *[None] * more], "%", label="after the points"),
+            )
         return Table(columns, "spread of each quantity, and the power's interval if it is measured")
