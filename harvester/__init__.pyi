@@ -64,6 +64,8 @@ from .studies.optimum.optimise import optimise as optimise
 from .studies.optimum.optimum_result import Optimum as Optimum
 from .studies.optimum.pareto_front import ParetoFront as ParetoFront
 from .studies.optimum.under_limits import RobustOptimum as RobustOptimum
+from .studies.paper import PaperFigure as PaperFigure
+from .studies.paper import paper as paper
 from .studies.prediction.predict import predict as predict
 from .studies.prediction.prediction_result import Prediction as Prediction
 from .studies.sensitivity import Sensitivity as Sensitivity

@@ -13,6 +13,7 @@ import click
 from harvester.errors import InputError, shown
 
 _ARGUMENT = re.compile(r"`([a-z][a-z_]*)`")
+_FILE = re.compile(r"`?\bFILE\b`?")
 _WARNING = re.compile(r"^(\s*)(warning)(?=[:,])", re.MULTILINE)
 
 
@@ -60,7 +61,7 @@ def naming(file: str) -> Iterator[None]:
         text = str(error)
         if Path(file).name in text:
             raise
-        raise type(error)(text.replace("FILE", f"FILE {name}", 1)) from None
+        raise type(error)(_FILE.sub(lambda _: f"FILE {name}", text, count=1)) from None
 
 
 def complain(text: str) -> None:

@@ -61,11 +61,26 @@ def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
     "--open-circuit-frequency '4.8 Hz' --acceleration-psd '1e-5 g^2/Hz' --resistance '1 Mohm'",
     "harvester new mine.toml --bimorph --length 50.8mm --width 31.8mm --substrate-thickness 0.14mm "
     "--piezo-thickness 0.26mm --tip-mass 12g --piezo PZT-5A --substrate brass --damping-ratio 2.7%",
+    "harvester new mine.toml --mass '4 g' --frequency '60 Hz' --q 60 --capacitance '30 nF' "
+    "--open-circuit-voltage '21 V at 0.25 g'",
     "harvester new mine.toml --mass '40 g' --stiffness '16 N/m' --damping-ratio 0.004 --coupling '1e-3 N/V' "
     "--capacitance '50 nF' --netlist bridge --parameter R='1 Mohm' --parameter C='1 uF'",
 )
 @cloup.argument("file", help="The scene file to write, such as mine.toml.")
 @_datasheet_options
+@cloup.option_group(
+    "Single points of a data sheet (each instead of a coupling, a damping or a mass)",
+    cloup.option(
+        "--open-circuit-voltage",
+        metavar="POINT",
+        help="Largest voltage without load, such as '21 V at 0.25 g'; peaks, or with 'rms' or 'pp'.",
+    ),
+    cloup.option(
+        "--power-at-load",
+        metavar="POINT",
+        help="Mean power at the best frequency, such as '1.2 mW at 15 kohm and 0.25 g'.",
+    ),
+)
 @geometry_options
 @cloup.option_group(
     "File and output",
@@ -96,6 +111,7 @@ def new(
     beam, modes = take(values) or (None, 1)
     texts = {name: value for name, value in values.items() if value is not None}
     made = None if beam is None else _from_geometry(beam, modes, texts)
+    by_points = _from_points(texts)
     if missing(texts) and sys.stdin.isatty():
         from harvester.commands.questions import ask, ask_title
 
@@ -107,7 +123,9 @@ def new(
     upper_modes = () if made is None else made.higher_modes
     problem = write(path, scene_tables(texts, title or "", netlist, named, upper_modes), force)
     interpretation = meaning(problem)
-    words = _words(problem, [*_on_geometry(beam, made, problem), *interpretation.remarks], file)
+    words = _words(
+        problem, [*by_points, *_on_geometry(beam, made, problem), *interpretation.remarks], file
+    )
     lines = next_lines(problem, file, interpretation.facts)
     if as_json:
         numbers = {name: value for name, value, _, _ in interpretation.numbers}
@@ -133,6 +151,28 @@ def new(
             ]
         )
     )
+
+
+def _from_points(texts: dict[str, str]) -> "list[Diagnostic]":
+    """Put the values that single points give among the texts, and state them."""
+    from harvester.devices.device import known_values
+    from harvester.devices.single_points import POINTS, UNITS, solve
+    from harvester.presentation.diagnostic import note, warning
+
+    points = {name: texts.pop(name) for name in POINTS if name in texts}
+    if not points:
+        return []
+    solved = solve(known_values(texts), points)
+    texts |= {name: f"{value:.7g}" for name, value in solved.values.items()}
+    said = [
+        note(
+            "from_points", name, value=value, unit=UNITS[name], points=" and ".join(points.values())
+        )
+        for name, value in solved.values.items()
+    ]
+    if solved.ambiguous:
+        said.append(warning("points_ambiguous", " and ".join(solved.values)))
+    return said
 
 
 def _from_geometry(beam: Any, modes: int, texts: dict[str, str]) -> Any:
@@ -173,7 +213,7 @@ def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> li
 
 def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str]:
     """The commands to type next, given the known part of the scene: the missing keys first."""
-    from harvester.devices.best_load import NEAR, load_range
+    from harvester.devices.best_load import NEARLY, load_range
 
     load = problem.scene.load
     eqs = problem.equations
@@ -199,7 +239,7 @@ def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str
         return [f"harvester run {file}", sweep]
     run = f"harvester run {file} --within 1%"
     best = facts.get("best_load")
-    if best is not None and best["share"] < NEAR:
+    if best is not None and best["share"] < NEARLY:
         return [run, _optimise(problem, file)]
     low, high = load_range(problem)
     return [

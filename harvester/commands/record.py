@@ -83,8 +83,8 @@ def _seconds(text: str) -> float:
         "--rate",
         type=_sized("`rate`", "FREQUENCY"),
         metavar="HZ",
-        help="Without a time column: the sampling rate.  With one: resample to this rate "
-        "(anti-aliased).",
+        help="Without a time column: the sampling rate, in Hz if it has no unit.  With one: resample "
+        "to this rate (anti-aliased).",
     ),
 )
 @cloup.option_group(

@@ -20,7 +20,8 @@ from harvester.uncertainty.value import Value
 
 DECADES, EACH = 3, 6  # scanned to either side of the middle, points a decade
 PRECISION = 2e-3  # of the resistance, relative: the power is flat there
-NEAR = 0.95  # of the best power: close enough to call it near
+NEAR = 0.95  # of the best power: the range of loads that is stated
+NEARLY = 0.9  # of it: close enough to call a load near the best
 
 
 @dataclass(frozen=True)

@@ -68,6 +68,33 @@ def read(name: str, text: str) -> float:
     return reading(f"`{name}`", partial(with_prefix, kind=_kind(name)), text)
 
 
+def known_values(texts: Mapping[str, str]) -> dict[str, float]:
+    """The fields of a linear device in SI units, as far as the texts give them.
+
+    Raises InputError for a text that is not a value.
+    """
+    names = (*("mass", "stiffness", "frequency", "damping_ratio", "q", "capacitance"), "coupling")
+    values = {name: read(name, texts[name]) for name in names if name in texts}
+    square = None
+    if "frequency" in values:
+        square = (2.0 * math.pi * values["frequency"]) ** 2
+    if "stiffness" in values and "mass" in values and square is None:
+        values["frequency"] = math.sqrt(values["stiffness"] / values["mass"]) / (2.0 * math.pi)
+    if "stiffness" in values and "mass" not in values and square is not None:
+        values["mass"] = values["stiffness"] / square
+    if values.get("damping_ratio", 0.0) > 0.0:
+        values["q"] = 0.5 / values["damping_ratio"]
+    if "open_circuit_frequency" in texts and {"mass", "frequency", "capacitance"} <= set(values):
+        both = {
+            **values,
+            "open_circuit_frequency": read(
+                "open_circuit_frequency", texts["open_circuit_frequency"]
+            ),
+        }
+        values["coupling"] = float(_piezo(both, {"capacitance": 0.0})[0].value)  # type: ignore[arg-type]
+    return values
+
+
 def missing(known: Mapping[str, object]) -> list[tuple[str, ...]]:
     """The choices of fields of which one each is still needed."""
     needed: list[tuple[str, ...]] = []

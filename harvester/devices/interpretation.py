@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from harvester.devices.best_load import NEAR, best_load
+from harvester.devices.best_load import NEAR, NEARLY, best_load
 from harvester.devices.linear_response import off_resonance, stop_hits
 from harvester.engines.cheapest import formula
 from harvester.engines.selection import ENGINES, serving
@@ -160,9 +160,10 @@ def _load(problem: Problem) -> Finding:
     if present_load is None:
         return [note("no_load_yet", "load", **best), *rest], {"best_load": fact}
     fact["share"] = min(kind().run(problem).mean_power.value / power.value, 1.0)
-    return [note("own_load", "load", own=present_load, share=fact["share"], **best), *rest], {
-        "best_load": fact
-    }
+    load_note = note(
+        "own_load", "load", own=present_load, share=fact["share"], nearly=NEARLY, **best
+    )
+    return [load_note, *rest], {"best_load": fact}
 
 
 def _engines(problem: Problem) -> Finding:

@@ -82,7 +82,9 @@ def _record(draft: Draft, path: Path, axis: str) -> list[str]:
         report = record_spectra(clean(str(path), RecordFacts(axis=axis or None)))
     except InputError as error:
         raise InputError(
-            str(error).replace("FILE", path.name).replace("--axis", "the field 'axis'")
+            re.sub(r"\bFILE\b", lambda _: path.name, str(error), count=1).replace(
+                "--axis", "the field 'axis'"
+            )
         ) from None
     cleaned = path.with_name(f"{path.stem}_clean.csv") if not path.stem.endswith("_clean") else path
     files.write(cleaned, report.text(), "file")

@@ -26,5 +26,15 @@ def drawing_of(kind: type) -> Callable[..., "Plot"]:
 
 
 def draw(result: object, title: str | None, **options: Any) -> "Plot":
-    """The plot of a result, with a title above: the figure's own one if empty, none if None."""
-    return drawing_of(type(result))(result, title, **options)
+    """The plot of a result, with a title above: the figure's own one if empty, none if None.
+
+    Text that is set in it later may hold formulas between dollar signs, as in any figure of
+    matplotlib; its own is drawn unchanged.
+    """
+    from matplotlib.text import Text
+
+    plot = drawing_of(type(result))(result, title, **options)
+    for text in plot.findobj(Text):
+        if "$" not in text.get_text():
+            text.set_parse_math(True)
+    return plot

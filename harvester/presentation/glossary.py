@@ -87,6 +87,28 @@ GLOSSARY = _terms(
         "W",
         "The mean power that the node draws from the storage while it runs.",
     ),
+    answer=("sends its packets", "", "Whether it keeps its interval, and its packets per day."),
+    used=("used by the node", "W", "The mean power that the node consumes while it runs."),
+    clamped=("dissipated by the clamp", "W", "The mean power that the clamp dissipates."),
+    leaked=("leaked", "W", "The mean power through the storage's leakage resistance."),
+    outage=("outage of the shaking", "s", "How long the shaking stops after the days."),
+    lasts=("runs without shaking for", "s", "How long the node continues in the outage."),
+    outage_packets=("packets in the outage", "", "Packets that it sends in the outage."),
+    share_survived=(
+        "outages that it outlasts",
+        "share",
+        "The fraction of outages that the storage outlasts.",
+    ),
+    capacitance_to_last=(
+        "capacitance that would last",
+        "F",
+        "The smallest of series E6 with which the node outlasts the outage.",
+    ),
+    interval_to_last=(
+        "interval that would last",
+        "s",
+        "The shortest interval with which the node outlasts the outage.",
+    ),
     limit=(
         "limited by",
         "",

@@ -12,6 +12,7 @@ from typing import Any, Protocol, TypeGuard
 from harvester.presentation import html
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.columns import columns
+from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.glossary import Term, term
 from harvester.presentation.table import Column, Table
 from harvester.uncertainty.value import Value, clock, percent
@@ -182,8 +183,8 @@ def _text(content: Any, about: Term, unit: str) -> str:
     if isinstance(content, WholeError):
         error = f" +- {percent(content.error95, content.value)} (95 %)" if content.value else ""
         return quantity(content.value, about, unit) + error
-    if isinstance(content, str):
-        return content
+    if isinstance(content, str | Diagnostic):
+        return str(content)
     if isinstance(content, tuple) and all(isinstance(part, str) for part in content):
         return ", ".join(content)
     if (

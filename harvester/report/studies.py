@@ -6,6 +6,7 @@ import numpy as np
 
 from harvester.equations.problem import Problem
 from harvester.machine.provenance import origin
+from harvester.presentation.diagnostic import warning
 from harvester.presentation.sheet import sheet
 from harvester.presentation.table import Column, Table, error_in_percent
 from harvester.report.numbers import amount, share, signs, with_errors
@@ -153,10 +154,16 @@ def of_paper(drawn: list[PaperFigure]) -> Page:
         title="The paper's figures: its theory, ours, and Monte Carlo of the coupled equations",
         kind="paper",
         lead=[f"{figure.title}: {clock(figure.seconds)}" for figure in drawn],
-        sections=[*[_section(figure) for figure in drawn], parameters],
+        sections=[_on_published(drawn), *[_section(figure) for figure in drawn], parameters],
         command=command_line(about),
         about=made_by(about, seed="fixed for each figure"),
     )
+
+
+def _on_published(drawn: list[PaperFigure]) -> Section:
+    """The warning above all figures, with the largest error of the published theory."""
+    largest = max((figure.published_off for figure in drawn), default=0.0)
+    return Section("The published theory", warnings=[str(warning("paper_published", off=largest))])
 
 
 def _section(published: PaperFigure) -> Section:

@@ -17,7 +17,8 @@ from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.bought_parts import Chip
 from harvester.storage.measured_current import HeldPath, Rectifier
-from harvester.storage.node_run import NodeCourse, NodeRun
+from harvester.storage.node_course import NodeCourse, NodeState
+from harvester.storage.node_run import NodeRun
 from harvester.storage.supply import INPUT, LOW, charging_efficiency
 
 BACK = 0.3  # V below that of the hand-over, at which the cold start begins again, as there
@@ -99,11 +100,14 @@ class _Consumer:
             step = rest if self.state is None else min(rest, self.left)
             drawn = run.waiting if self.state is None else run.drawn[self.state]
             leak = volts / (run.storage.leakage_resistance or math.inf)
-            less = step * (run.at(drawn, volts) + leak) / run.storage.farads
+            amperes = run.at(drawn, volts)
+            less = step * (amperes + leak) / run.storage.farads
             stop = self._stop(stops)
             if volts > stop > volts - less:  # it stops there
                 step = step * (volts - stop) / less
                 less = volts - stop
+            course.leaked += leak * volts * step
+            course.used += amperes * volts * step * (self.state is not None)
             volts -= less
             rest = rest - step
             now = now + step
@@ -148,7 +152,7 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0)
     mass = HeldPath(problem, Rectifier(problem).compiled(farads), h)
     slice_ = n_steps * h / problem.scales.frequency
     consumer = _Consumer(run)
-    own = 0.0 if tracker is not None or chip is None else chip.own
+    own_current = 0.0 if tracker is not None or chip is None else chip.own
     at = mass.at
     volts = run.storage.initial_voltage or 0.0
     mass.state[at] = 0.0 if tracker is not None else farads * volts
@@ -164,7 +168,7 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0)
         before = volts
         state = mass.state
         if tracker is None:
-            volts = state[at] / farads - own * slice_ / farads
+            volts = state[at] / farads - own_current * slice_ / farads
         else:
             state[at], given = tracker.move(state[at], volts, (k + 1) * slice_, slice_)
             full = max(volts, tracker.chip.full)
@@ -180,5 +184,7 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0)
     course.first = next(iter(consumer.sent), None)
     course.intervals = np.array([gaps, np.ones(len(gaps))])
     course.end = count * slice_
+    course.left = NodeState(volts, consumer.state is not None, np.empty(0))
+    run.follow_outage(course)
     (course.t, course.volts) = points
     return course

@@ -22,7 +22,8 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.storage.measured_current import MEASURED
-from harvester.storage.node_run import NodeCourse, NodeRun
+from harvester.storage.node_course import NodeCourse
+from harvester.storage.node_run import NodeRun
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.supply import input_without_load
 from harvester.uncertainty.value import mean_and_error
@@ -146,7 +147,10 @@ class Lived:
 
 def mean_course(courses: "tuple[NodeCourse, ...] | list[NodeCourse]") -> NodeCourse:
     """The mean of courses of one length: with all their intervals, and the time of the first packet if all have one."""
-    names = ("ran", "packets", "lost", "brown_outs", "given", "clamped", "end", "hours")
+    names = (
+        *("ran", "packets", "lost", "brown_outs", "given", "clamped", "used", "leaked", "end"),
+        *("hours", "lasts", "survived", "outage_packets"),
+    )
     means = {name: np.mean([getattr(course, name) for course in courses], axis=0) for name in names}
     firsts = [course.first for course in courses]
     intervals = np.hstack([course.intervals for course in courses])

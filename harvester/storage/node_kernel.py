@@ -16,11 +16,13 @@ HOUR = 3600.0
 BINS = 250
 SHORTEST = 1e-3
 WIDER = math.log(1.1)
-RAN, PACKETS, LOST, BROWN_OUTS, GIVEN, CLAMPED, END, LAST, INTERVALS = range(9)  # of the counts
+# of the counts
+RAN, PACKETS, LOST, BROWN_OUTS, GIVEN, CLAMPED, USED, LEAKED, END, LAST, INTERVALS = range(11)
 # counts that grow by the same in each cycle: last, intervals of each bin and their sum
 REPEATED = INTERVALS + 2 * BINS
-FIRST, POINTS, COUNTS = range(REPEATED, REPEATED + 3)
-WAKE, TOP, FARADS, LENGTH, HELD, LOW, HIGH, SPARED = range(8)  # of the levels
+FIRST, POINTS, VOLTS, ON, COUNTS = range(REPEATED, REPEATED + 5)
+# of the levels; LEAK is the conductance across the store
+WAKE, TOP, FARADS, LENGTH, HELD, LOW, HIGH, SPARED, LEAK = range(9)
 
 
 @forced
@@ -116,7 +118,13 @@ def follow_state(store, drawn, v, duration, threshold, side, course):
         middle = 0.5 * (v + min(new, top))
         k = min(int(middle * scale), finest - 1)
         came = row[k] + (middle * scale - k) * (row[k + 1] - row[k])
-        counts[GIVEN] += came * (middle if held == 0.0 else held) * step
+        at_store = middle if held == 0.0 else held
+        leaked = levels[LEAK] * at_store * at_store * step
+        counts[GIVEN] += came * at_store * step + leaked
+        counts[LEAKED] += leaked
+        if side < 0.0:  # the node is on
+            used = drawn[k] + (middle * scale - k) * (drawn[k + 1] - drawn[k])
+            counts[USED] += used * at_store * step
         if new > top:
             counts[CLAMPED] += farads * (new - top) * top
             new = top
@@ -168,11 +176,11 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
     ``currents`` are charging, shape (windows, points), drawn, shape (states, points), and that of
     the waiting node, in A at even voltages up to the top; ``levels`` are the wake voltage, the top,
     the capacitance, the length of a window, 0 for one that lasts, the voltage of a battery, 0
-    without one, the voltages at which the flag of low energy comes and goes, and how long sleep is
-    with it.  ``branches`` are conductances, capacitances and voltages of what is in parallel with
-    the store, shape (3, n).  The last of the states, which last ``durations`` and end at the
-    voltages ``stops``, is sleep.  A packet takes as many ``tries`` as these say in turn, and is
-    lost if one is negative.
+    without one, the voltages at which the flag of low energy comes and goes, how long sleep is with
+    it, and the conductance across the store.  ``branches`` are conductances, capacitances and
+    voltages of what is in parallel with the store, shape (3, n).  The last of the states, which
+    last ``durations`` and end at the voltages ``stops``, is sleep.  A packet takes as many
+    ``tries`` as these say in turn, and is lost if one is negative.
     """
     (charging, drawn, waiting), (t, volts, hours) = currents, course
     store = (charging, levels, branches)
@@ -213,6 +221,8 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
             not on and not ever and v >= wake
         ):  # it would stop as soon as it begins: wait with the node off
             v = follow_state(store, waiting, v, seconds - counts[END], math.inf, 1.0, followed)
+        counts[ON] = 1.0 if on else 0.0
+    counts[VOLTS] = v
 
 
 @forced

@@ -12,13 +12,17 @@ one function of V, or one in each window of a record that repeats itself
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from bisect import bisect_left
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.quantities.preferred_numbers import between
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
+from harvester.storage.node_course import LASTS, NodeCourse, NodeState
 from harvester.storage.node_kernel import (
     BINS,
     COUNTS,
@@ -27,8 +31,12 @@ from harvester.storage.node_kernel import (
     HOUR,
     INTERVALS,
     LAST,
+    ON,
+    PACKETS,
     POINTS,
+    RAN,
     SEEN,
+    VOLTS,
     follow_node,
 )
 from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
@@ -42,40 +50,9 @@ FEWEST = 100
 MOST_POINTS = 2**21  # of all windows
 BRANCHES = 6  # of a line, the last of which has the rest of its capacitance
 AGAIN = 0.01  # of an empty battery's charge: where it feeds the node again
+LARGER = 1e5  # times the capacitance: larger ones are not offered
+FINE = 1.02  # between intervals that are offered
 DRAWN = 65_536  # packets of which the tries are drawn, and repeated
-
-
-@dataclass
-class NodeCourse:
-    """What happened: seconds that it ran, packets that arrived and that were lost, the time of the first, V over time.
-
-    ``given`` and ``clamped`` are the energies (J) that came from the rectifier and that the clamp
-    took.  Points of the course are up to where it repeats itself.  ``hours`` has the packets of
-    each hour, evenly from there on. ``intervals`` are the mean times (s) between packets in bins,
-    and how many there were, shape (2, n), ascending; ``last`` is the time of the last packet.  Of
-    the mean of several courses numbers are not whole ones.
-    """
-
-    ran: float = 0.0
-    packets: float = 0
-    lost: float = 0
-    brown_outs: float = 0
-    first: float | None = None
-    last: float | None = None
-    given: float = 0.0
-    clamped: float = 0.0
-    end: float = 0.0
-    t: Floats = field(default_factory=lambda: np.empty(0))
-    volts: Floats = field(default_factory=lambda: np.empty(0))
-    hours: Floats = field(default_factory=lambda: np.empty(0))
-    intervals: Floats = field(default_factory=lambda: np.empty((2, 0)))
-
-    def interval(self, share: float) -> float:
-        """The time (s) between packets that a ``share`` of all is not above; inf without one."""
-        times, numbers = self.intervals
-        if not len(times):
-            return math.inf
-        return float(times[np.searchsorted(np.cumsum(numbers), share * numbers.sum() - 1e-9)])
 
 
 def branches_of(storage: Storage) -> Floats:
@@ -138,9 +115,11 @@ class NodeRun:
         storage: Storage,
         node: SensorNode,
         chip: Chip | None = None,
+        outage: float | None = None,
         points: int = GRID,
     ) -> None:
         self.current = current
+        self.outage = outage
         self.top = _top_of(current, storage, chip)
         if chip is not None:  # the node begins where the chip's output does
             wake, stop = max(node.wake_voltage, chip.rise), max(node.stop_voltage, chip.fall)
@@ -162,6 +141,7 @@ class NodeRun:
             current.at(self.volts) if chip is None else charging_current(chip, current, self.volts)
         )
         self.charging = np.atleast_2d(came - leak)
+        self.dark = np.atleast_2d(-leak - (0.0 if chip is None else chip.own))
         sleep = node.sleep_current or 0.0
         packet = sum(seconds for _, seconds in node.states)
         self.states = [*node.states, (sleep, node.interval - packet)]
@@ -198,7 +178,7 @@ class NodeRun:
 
     @property
     def needed(self) -> float:
-        """The mean power (W) that the node takes from the store while it runs, at the wake voltage, without retries."""
+        """The mean power (W) that the node draws from the store while it runs, at the wake voltage, without retries."""
         k = round(min(self.node.wake_voltage, self.top) / self.top * (len(self.volts) - 1))
         charge = sum(
             float(drawn[k]) * seconds
@@ -217,14 +197,10 @@ class NodeRun:
         hours = np.zeros(max(math.ceil(seconds / HOUR), 1))
         v = min(storage.initial_voltage or 0.0, self.top)
         wake = node.wake_voltage
-        farads = storage.farads
         if storage.battery_voltage is not None:
             v = self.top
             wake = AGAIN * self.top
-            farads = (storage.battery_charge or 0.0) / self.top
-        low = node.low_voltages or (-math.inf, -math.inf)
-        held = storage.battery_voltage or 0.0
-        levels = np.array([wake, self.top, farads, self.length, held, *low, self.spared])
+        levels = self._levels(wake, self.length)
         durations = np.array([duration for _, duration in self.states])
         currents = self.charging, self.drawn, self.waiting
         branches = branches_of(storage)
@@ -232,11 +208,11 @@ class NodeRun:
         follow_node(
             currents, durations, stops, levels, branches, self._tries(), v, seconds, counts, course
         )
-        ran, packets, lost, brown_outs, given, clamped, end = counts[:7].tolist()
+        ran, packets, lost, brown_outs, given, clamped, used, leaked, end = counts[:9].tolist()
         kept = slice(round(counts[POINTS]))
         numbers, sums = counts[INTERVALS:FIRST].reshape(2, BINS)
         some = numbers > 0.0
-        return NodeCourse(
+        followed = NodeCourse(
             ran=ran,
             packets=round(packets),
             lost=round(lost),
@@ -245,12 +221,60 @@ class NodeRun:
             last=float(counts[LAST]) or None,
             given=given,
             clamped=clamped,
+            used=used,
+            leaked=leaked,
             end=end,
+            left=NodeState(float(counts[VOLTS]), bool(counts[ON] > 0.0), branches[2]),
             t=t[kept],
             volts=volts[kept],
             hours=hours,
             intervals=np.array([sums[some] / numbers[some], numbers[some]]),
         )
+        self.follow_outage(followed)
+        return followed
+
+    def _levels(self, wake: float, length: float) -> Floats:
+        """The kernel's voltages and store, for windows of a ``length`` (s)."""
+        storage = self.storage
+        low = self.node.low_voltages or (-math.inf, -math.inf)
+        held = storage.battery_voltage or 0.0
+        leak = 1.0 / (storage.leakage_resistance or math.inf)
+        return np.array([wake, self.top, self.farads, length, held, *low, self.spared, leak])
+
+    def follow_outage(self, course: NodeCourse) -> None:
+        """Fill in the numbers of a course in the outage, if there is one and the node is on.
+
+        It begins with a packet.  The charge that leaks back through the rectifier is not counted.
+        """
+        if self.outage is None or course.left is None or not course.left.on:
+            return
+        course.lasts = float(self._dark(course.left, LASTS * self.outage)[RAN])
+        course.survived = float(course.lasts >= self.outage)
+        course.outage_packets = float(self._dark(course.left, self.outage)[PACKETS])
+
+    def survives(self, left: NodeState) -> bool:
+        """Whether the node outlasts the outage from a state in which it is on."""
+        assert self.outage is not None, "the caller checks"
+        return bool(self._dark(left, LASTS * self.outage)[RAN] >= self.outage)
+
+    def _dark(self, left: NodeState, seconds: float) -> Floats:
+        """The kernel's counts of so many seconds without shaking, of a node that is on."""
+        branches = branches_of(self.storage)
+        branches[2] = left.pores
+        counts = np.zeros(COUNTS)
+        follow_node(
+            currents=(self.dark, self.drawn, self.waiting),
+            durations=np.array([duration for _, duration in self.states]),
+            stops=np.array([self.stop_of(drawn) for drawn in self.drawn]),
+            levels=self._levels(left.volts, 0.0),
+            branches=branches,
+            tries=self._tries(),
+            v=left.volts,
+            seconds=seconds,
+            counts=counts,
+            course=(np.empty(1), np.empty(1), np.zeros(math.ceil(seconds / HOUR))),
+        )
+        return counts
 
     def _tries(self) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":
         """How often each packet is sent, negative if it is lost; drawn anew for none, so that nodes compare."""
@@ -270,3 +294,39 @@ class NodeRun:
         k = int(above[0])
         part = (self.node.stop_voltage - seen[k - 1]) / (seen[k] - seen[k - 1]) if k else 1.0
         return (k - 1.0 + float(part)) / (len(seen) - 1) * self.top if k else 0.0
+
+    def capacitance_to_last(self, left: NodeState) -> float | None:
+        """The least capacitance (F) of series E6 that outlasts the outage; None if none does."""
+        now = self.storage.capacitance
+        if now is None:
+            return None
+
+        def lasts(farads: float) -> bool:
+            storage = replace(self.storage, capacitance=farads)
+            run = NodeRun(self.current, storage, self.node, self.chip, self.outage)
+            return run.survives(left)
+
+        return _first_that(lasts, between("E6", now, LARGER * now))
+
+    def interval_to_last(self, left: NodeState) -> float | None:
+        """The shortest interval (s) that outlasts the outage, to 2 %; None if none does."""
+        now = self.node.interval
+        most = self.outage or now
+        if self.node.low_interval is not None or most <= now:
+            return None
+
+        def lasts(seconds: float) -> bool:
+            node = replace(self.node, interval=seconds)
+            run = NodeRun(self.current, self.storage, node, self.chip, self.outage)
+            return run.survives(left)
+
+        count = math.ceil(math.log(most / now) / math.log(FINE))
+        return _first_that(lasts, tuple(float(f"{now * FINE**k:.3g}") for k in range(1, count + 1)))
+
+
+def _first_that(lasts: Callable[[float], bool], choices: tuple[float, ...]) -> float | None:
+    """The first of ascending choices that lasts; None if the last does not."""
+    if not choices or not lasts(choices[-1]):
+        return None
+    high = bisect_left(range(len(choices) - 1), True, key=lambda k: lasts(choices[k]))
+    return choices[high]

@@ -13,7 +13,8 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -22,12 +23,14 @@ from harvester.engines.protocol import AnyScene
 from harvester.equations.power_bound import PowerBound, power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
+from harvester.errors import reading as checked
 from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
+from harvester.quantities.kinds import TIME, with_prefix
 from harvester.scene.sensor_node import SensorNode, Storage
 from harvester.storage.bought_parts import Chip
 from harvester.storage.fluctuating_node import (
@@ -41,7 +44,8 @@ from harvester.storage.fluctuating_node import (
     lived,
 )
 from harvester.storage.measured_current import time_constant
-from harvester.storage.node_run import AGAIN, NodeCourse, NodeRun
+from harvester.storage.node_course import LASTS, NodeCourse
+from harvester.storage.node_run import AGAIN, NodeRun
 from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
 from harvester.storage.supply import chip_of
 from harvester.studies.charging.by_slow import refusal_of_slow
@@ -79,7 +83,18 @@ MUCH = 0.02  # of the current: errors that are checked by more runs
 DAY = 86400.0
 HOUR = 3600.0
 MOST_DAYS = 366.0
-Parts = tuple[Storage, SensorNode, Chip | None]  # what stands behind the rectifier
+MOST_OUTAGE = 36.0  # days: a node is followed for ten times as long
+ALMOST = 1.0 - 1e-9  # of that time
+_SENT = {"interval": "all", "battery": "until the battery is empty"}  # by what limits it
+
+
+class Parts(NamedTuple):
+    """What stands behind the rectifier, and the outage (s) of the shaking after the days."""
+
+    storage: Storage
+    node: SensorNode
+    chip: Chip | None
+    outage: float | None = None
 
 
 class NodeResult(TableResult):
@@ -102,10 +117,16 @@ class NodeResult(TableResult):
         a `Value`: when the first was sent (s); None if none is.
     brown_outs
         how often the node stopped, an hour.
+    answer
+        whether the node keeps its interval, and how many packets it sends per day: a note, whose
+        ``str`` is the sentence.
     harvested
-        a `Value`: the mean power (W) that comes into the store beyond what the clamp takes.
+        a `Value`: the mean power (W) into the store beyond that of the clamp.
+    used, clamped, leaked
+        `Value` each: the mean power (W) that the node consumes, that the clamp
+        dissipates and that leaves through the store's leakage; None if absent.
     needed
-        the power (W) that the node takes from the store while it runs.
+        the power (W) that the node draws from the store while it runs.
     limit
         what limits it: "interval", "energy", "store", "wake_voltage", "cold_start", "battery" or
         "time".
@@ -117,6 +138,17 @@ class NodeResult(TableResult):
         on, on a record; None for shaking that always is alike.
     bound
         the most that any device of this mass could take (W), and why; None if no bound applies.
+    outage
+        how long (s) the shaking stops after the days; None if it does not.
+    lasts
+        a `Value`: how long (s) the node then continues, followed for ten times the outage.
+    outage_packets
+        a `Value`: the packets that it sends in the outage.
+    share_survived
+        a `Value` under noise: the share of outages that the store outlasts.
+    capacitance_to_last, interval_to_last
+        the smallest capacitance (F) of series E6, and the shortest interval (s), with which the
+        node would outlast it; None if it does so anyway, or if none would.
     days_packets
         the packets of each whole day, shape (days,).
     thresholds
@@ -141,7 +173,7 @@ class NodeResult(TableResult):
 
     DERIVED = ("day_fewest", "day_median", "day_most", "share_of_possible", "table")
     NOT_SHOWN = frozenset({"bound", "limit", "helps", "table"})
-    NOT_IN_JSON = frozenset({"table"})
+    NOT_IN_JSON = frozenset({"table", "answer"})
     OPTIONAL = frozenset(
         {
             *(
@@ -154,6 +186,8 @@ class NodeResult(TableResult):
                 "day_median",
                 "day_most",
             ),
+            *("used", "clamped", "leaked", "outage", "lasts", "outage_packets"),
+            *("share_survived", "capacitance_to_last", "interval_to_last"),
             *("interval_median", "interval_95", "interval_longest"),
         }
     )
@@ -161,6 +195,7 @@ class NodeResult(TableResult):
     SHORT = ("limit", "packets_per_hour")
     engine: ClassVar[str] = "slow"
 
+    answer: Diagnostic
     days: float
     packets_per_hour: Value
     share_running: Value
@@ -168,6 +203,9 @@ class NodeResult(TableResult):
     brown_outs: float
     harvested: Value
     needed: float
+    used: Value
+    clamped: Value | None
+    leaked: Value | None
     limit: str
     helps: dict[str, float]
     bound: PowerBound | None
@@ -183,6 +221,12 @@ class NodeResult(TableResult):
     interval_95: Value | None = None
     interval_longest: Value | None = None
     packets_lost: float | None = None
+    outage: float | None = None
+    lasts: Value | None = None
+    outage_packets: Value | None = None
+    share_survived: Value | None = None
+    capacitance_to_last: float | None = None
+    interval_to_last: float | None = None
     physical: bool = True
     diagnostics: tuple[Diagnostic, ...] = ()
 
@@ -219,7 +263,9 @@ class NodeResult(TableResult):
 
 
 @names_arguments
-def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
+def node(
+    scene: AnyScene, *, days: float = 1.0, stop: float | str | None = None, seed: int = 0
+) -> NodeResult:
     """Simulate a sensor node powered by the harvester.
 
     The rectifier of the load netlist charges [storage], optionally through [chip]; [node] draws
@@ -232,6 +278,9 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
         Scene with the tables [storage] and [node], and optionally [chip], or the path of its file.
     days
         Simulated time in days.
+    stop
+        Outage of the shaking after the days (s, or such as "2h"): how long the node continues, and
+        which capacitance or interval would outlast it.
     seed
         Random seed.
 
@@ -243,7 +292,8 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
     Raises
     ------
     InputError
-        The scene has no [node], ``days`` is out of range, or a chip is unknown or incomplete.
+        The scene has no [node], ``days`` or ``stop`` is out of range, or a chip is unknown or
+        incomplete.
     CannotServeError
         The current of the rectifier cannot be measured, or noise is combined with a harmonic
         excitation or a recording.
@@ -263,13 +313,14 @@ def node(scene: AnyScene, *, days: float = 1.0, seed: int = 0) -> NodeResult:
         )
     if not 0.0 < days <= MOST_DAYS:
         raise invalid("`days`", f"be above 0 and at most {MOST_DAYS:g}", days)
+    outage = None if stop is None else _read_outage(stop)
     reason = refusal_of_slow(problem, Probe(STORE, "V"), records=True)
     if reason is not None:
         raise CannotServeError(reason)
     begin = time.perf_counter()
     table = problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
-    outcome = _outcome(problem, (storage, consumer, chip), days, seed)
+    outcome = _outcome(problem, Parts(storage, consumer, chip, outage), days, seed)
     every = (
         *problem.value_warnings,
         *consumer.trace_notes,
@@ -297,7 +348,7 @@ def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome
 
     The first go, which compiles, is not counted.
     """
-    storage, consumer, chip = parts
+    storage, consumer, chip, _ = parts
     wake = max(consumer.wake_voltage, chip.rise if chip else 0.0)
     effort = Effort(seed)
     spent = 0.0
@@ -307,7 +358,7 @@ def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome
         begin = time.perf_counter()
         with compilation():
             known = measure_current(problem, storage, chip, wake, effort)
-        parts = storage, consumer, known.chip or chip
+        parts = parts._replace(chip=known.chip or chip)
         with compilation():
             direct = _directly(problem, known, parts, days * DAY)
         noise = (
@@ -469,7 +520,7 @@ def _live(
     """
     seconds = days * DAY
     table = known.table
-    (storage, node, _) = parts
+    storage, node = parts.storage, parts.node
     run = NodeRun(table, *parts)
     base = _course(table, parts, seconds, noise)
     both = None if direct is None else (direct, run.course(direct.end))
@@ -501,10 +552,13 @@ def _live(
     )
     most = max(helps, key=lambda key: helps[key], default="")
     change = (
-        [note("node_change_helps", most, gain=helps[most])] if most and helps[most] > LITTLE else []
+        [note("node_change_helps", most, gain=helps[most], packets=base.number(_rate))]
+        if most and helps[most] > LITTLE
+        else []
     )
     seen = base.mean if whole.end < seconds else whole
     packets = reading.value(_rate, most=HOUR / node.interval)
+    outage, larger = _of_outage(run, reading, base, noise)
     each = (
         packets.value / _rate(seen)
         if noise is not None and seen is base.mean and seen.packets
@@ -516,8 +570,13 @@ def _live(
         share_running=reading.value(running, most=1.0),
         first_packet=first,
         brown_outs=max(base.number(lambda course: course.brown_outs / course.end * HOUR), 0.0),
-        harvested=reading.value(lambda course: (course.given - course.clamped) / course.end),
+        harvested=reading.value(
+            lambda course: (course.given - course.clamped - course.leaked) / course.end
+        ),
         needed=run.needed,
+        used=reading.value(lambda course: course.used / course.end),
+        clamped=_power_of(reading, "clamped", storage.clamp_voltage),
+        leaked=_power_of(reading, "leaked", storage.leakage_resistance),
         limit=limit,
         bound=bound,
         thresholds=(run.node.wake_voltage, run.node.stop_voltage),
@@ -534,7 +593,69 @@ def _live(
         if node.lost_share
         else None,
         **_intervals(every, reading.between),
-        diagnostics=(limit_note, *change),
+        **outage,
+        answer=_answer(run, packets, limit, first, days, outage.get("lasts")),
+        diagnostics=(limit_note, *change, *larger),
+    )
+
+
+def _power_of(reading: _Reading, energy: str, key: float | None) -> Value | None:
+    """The mean power (W) of one of a course's energies; None if its key is left out."""
+    if key is None:
+        return None
+    return reading.value(lambda course: float(getattr(course, energy)) / course.end)
+
+
+def _read_outage(stop: float | str) -> float:
+    """The outage (s) from a text or a number; InputError for another."""
+    seconds = checked("`stop`", partial(with_prefix, kind=TIME), str(stop))
+    if seconds > MOST_OUTAGE * DAY:
+        raise invalid("`stop`", f"be above 0 and at most {MOST_OUTAGE:g} days", stop)
+    return seconds
+
+
+def _of_outage(
+    run: NodeRun, reading: _Reading, base: Lived, noise: Fluctuations | None
+) -> tuple[dict[str, Any], list[Diagnostic]]:
+    """The fields of a result on the outage, and notes; empty if none is asked for."""
+    if run.outage is None:
+        return {}, []
+    survived = reading.value(lambda course: course.survived, most=1.0)
+    fields: dict[str, Any] = {
+        "outage": run.outage,
+        "lasts": reading.value(lambda course: course.lasts),
+        "outage_packets": reading.value(lambda course: course.outage_packets),
+        "share_survived": None if noise is None else survived,
+    }
+    left = base.mean.left
+    if survived.value >= 1.0 or left is None or not left.on:
+        return fields, []
+    farads = run.capacitance_to_last(left)
+    fields |= {"capacitance_to_last": farads, "interval_to_last": run.interval_to_last(left)}
+    if farads is None:
+        return fields, []
+    storage = dataclasses.replace(run.storage, capacitance=farads)
+    larger = NodeRun(run.current, storage, run.node, run.chip).course(base.mean.end)
+    return fields, [note("node_larger_store", farads=farads, first=larger.first, end=base.mean.end)]
+
+
+def _answer(
+    run: NodeRun, packets: Value, limit: str, first: Value | None, days: float, lasts: Value | None
+) -> Diagnostic:
+    """The note that states in one line whether the node keeps its interval, and its packets per day."""
+    sent = _SENT.get(limit, "in part")
+    begins = first.value if first is not None else 0.0 if packets.value else None
+    return note(
+        "node_answer",
+        sent="in part" if sent == "all" and run.node.lost_share else sent,
+        per_day=24.0 * packets.value,
+        error=24.0 * packets.known_error95,
+        interval=run.node.interval,
+        begins=begins,
+        days=days,
+        outage=run.outage,
+        lasts=None if lasts is None else lasts.value,
+        longest=lasts is not None and lasts.value >= LASTS * (run.outage or 0.0) * ALMOST,
     )
 
 
@@ -559,7 +680,7 @@ def _variants(
     ``less`` is by what part the current may be lower; ``live`` gives what a node does.
     """
     table = known.table
-    (storage, node, chip) = parts
+    chip = parts.chip
     lives = [
         base if current is table else live(current, parts)
         for current in (known.by_step, table.halved(), table.scaled(1.0 - less), table.shifted())
@@ -569,7 +690,7 @@ def _variants(
         if chip is None
         else (chip.narrower(), *([chip.charging_by(1.0 - chip.spread)] if chip.spread else ()))
     ):
-        lives.insert(1, live(table, (storage, node, other)))
+        lives.insert(1, live(table, parts._replace(chip=other)))
     return lives
 
 
@@ -600,6 +721,7 @@ def _helps(
     All are of the same shaking, so that what sampling does to them is alike.
     """
     gain_of = dict[str, float]()
+    parts = parts._replace(outage=None)
     few = None if noise is None else noise.few()
 
     def packets_of(current: AnyCurrent, others: Parts) -> float:
@@ -611,7 +733,7 @@ def _helps(
     if not packets > 0.0:
         return gain_of
 
-    def gain(current: AnyCurrent, *others: Any) -> float:
+    def gain(current: AnyCurrent, others: Parts) -> float:
         return packets_of(current, others) / packets - 1.0
 
     for k, (name, keys) in enumerate(
@@ -624,13 +746,13 @@ def _helps(
             for factor in (1.0 - CHANGE, 1.0 + CHANGE):
                 try:
                     other: Any = dataclasses.replace(parts[k], **{key: now * factor})  # type: ignore[type-var]
-                    gains.append(gain(table, *(*parts[:k], other, *parts[k + 1 :])))
+                    gains.append(gain(table, parts._replace(**{name: other})))
                 except (
                     InputError
                 ):  # such as an efficiency above 1, or a chip's thresholds in another order
                     continue
             gain_of[f"{name}.{said}"] = max(gains)
-    gain_of["current"] = max(gain(table.scaled(1.0 + CHANGE), *parts), 0.0)
+    gain_of["current"] = max(gain(table.scaled(1.0 + CHANGE), parts), 0.0)
     return gain_of
 
 
@@ -671,7 +793,7 @@ def _spares(node: SensorNode, course: NodeCourse) -> bool:
 
 def _limit_with_battery(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagnostic]:
     """The same with a battery: whether it is charged as fast as it is emptied, and else how long it lasts."""
-    numbers = {"given": course.given / seconds, "needed": run.needed}
+    numbers = {"given": (course.given - course.leaked) / seconds, "needed": run.needed}
     if course.brown_outs and course.volts[-1] > 0.5 * run.top:
         return "store", note("battery_resistance", stop=run.node.stop_voltage)
     if course.brown_outs:

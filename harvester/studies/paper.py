@@ -22,6 +22,7 @@ from harvester.averaging.stability import averaged_exponent as stability
 from harvester.averaging.two_scale import densities
 from harvester.averaging.two_scale import law as two_scale
 from harvester.equations.coefficients import Equations
+from harvester.errors import names_arguments, unknown
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.machine.progress import PartOfProgress, working
 from harvester.presentation import drawing
@@ -97,7 +98,25 @@ class FigurePoint(region.Measured):
 
 
 class PaperFigure(TableResult):
-    """A figure that was computed: its number, its title with what was assumed, its points and the seconds they took."""
+    """A computed figure of the paper.
+
+    Attributes
+    ----------
+    number
+        the figure's number.
+    title
+        the quantities of the figure, and the values that are assumed.
+    points
+        its points, as in ``table``.
+    seconds
+        the duration of the computation.
+
+    Examples
+    --------
+    >>> import harvester as hv
+    >>> hv.PaperFigure.SHORT
+    ('number', 'points', 'seconds')
+    """
 
     INTERNAL = frozenset({"points"})
     DERIVED = ("table",)
@@ -115,9 +134,53 @@ class PaperFigure(TableResult):
             tuple(Column(name, [getattr(point, name) for point in self.points]) for name in COLUMNS)
         )
 
+    @property
+    def published_off(self) -> float:
+        """The largest error of the published theory, over the largest value of its panel."""
+        largest = 0.0
+        for panel in {point.panel for point in self.points}:
+            points = [point for point in self.points if point.panel == panel]
+            size = max(abs(point.ensemble) for point in points)
+            off = max(abs(point.published - point.ensemble) for point in points)
+            largest = max(largest, off / size if size else 0.0)
+        return largest
+
     def plot(self, title: str | None = "") -> "Plot":
         """The figure, with its own title (empty), another, or none (None) above."""
         return drawing.draw(self, self.title if title == "" else title)
+
+
+@names_arguments
+def paper(figure: int | str, *, execution: Execution = DEFAULT) -> PaperFigure:
+    """Compute a figure of the Entropy 2026 paper: its theory, ours and Monte Carlo.
+
+    Parameters
+    ----------
+    figure
+        Number of the figure, 1 to 9.
+    execution
+        Folder for figN.csv and figN.png, and progress.
+
+    Returns
+    -------
+    PaperFigure
+        The points of the figure, with ``plot()`` and ``to_pandas()``.
+
+    Raises
+    ------
+    InputError
+        ``figure`` is not one of the paper's, or the folder cannot be written.
+
+    Examples
+    --------
+    >>> import harvester as hv
+    >>> hv.paper(9).number
+    '9'
+    """
+    if str(figure) not in TITLES:
+        raise unknown("figure of `figure`", str(figure), TITLES)
+    (drawn,) = draw([str(figure)], execution)
+    return drawn
 
 
 def draw(numbers: Sequence[str], execution: Execution = DEFAULT) -> list[PaperFigure]:

@@ -108,6 +108,12 @@ STUDIES = (
         "Simulate a sensor node on SCENE: duty cycle, packets per hour, limiting factor (harvester keys node).",
         (
             Option("days", float, 1.0, "Simulated time in days."),
+            Option(
+                "stop",
+                str,
+                None,
+                "An outage of the shaking after these days, such as 2h: does the storage last, and which would.",
+            ),
             Option("seed", int, 0, "Random seed (same seed, same noise)."),
         ),
         "--days 7",

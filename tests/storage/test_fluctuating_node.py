@@ -14,7 +14,8 @@ from harvester.storage.fluctuating_node import (
     noisy_course,
     with_a_part,
 )
-from harvester.storage.node_run import NodeCourse, NodeRun
+from harvester.storage.node_course import NodeCourse
+from harvester.storage.node_run import NodeRun
 from harvester.storage.rectified_current import RectifiedCurrent
 
 C = 1e-4

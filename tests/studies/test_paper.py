@@ -114,3 +114,24 @@ def test_unknown_figure_is_one_line():
 
     done = CliRunner().invoke(cli, ["paper", "10", "--out", "x"])
     assert "unknown figure '10'" in str(done.exception)
+
+
+def test_a_figure_by_its_number():
+    with pytest.raises(hv.InputError, match=r"figure.*10"):
+        hv.paper(10)
+    with pytest.raises(hv.InputError, match="did you mean 'figure'"):
+        hv.paper(figur=3)
+
+
+def test_the_page_warns_of_the_published_theory_above_all_figures():
+    from harvester.report import of_paper
+    from harvester.studies.paper import FigurePoint, PaperFigure
+
+    points = tuple(
+        FigurePoint("E[V^2]", "", x, published=2.0 * x, averaged=x, ensemble=x, ensemble_stderr=0.0)
+        for x in (0.5, 1.0)
+    )
+    figure = PaperFigure("3", "Figure 3", points, 0.1)
+    assert figure.published_off == 1.0
+    first = of_paper([figure]).sections[0]
+    assert "off by up to 100 %" in first.warnings[0]

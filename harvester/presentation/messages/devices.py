@@ -17,9 +17,15 @@ def _best_load(power: float, ohm: float, low: float, high: float, near: float, a
     return f"the best mean power, {amount(power, 'W')}, at about {_ohm(ohm)} ({near_it}){end}"
 
 
-def _own_load(own: float, share: float, near: float, **best: float) -> str:
-    how = "near the best" if share >= near else "far from the best"
+def _own_load(own: float, share: float, near: float, nearly: float, **best: float) -> str:
+    how = "near the best" if round(share, 2) >= nearly else "far from the best"
     return f"{how}: your {_ohm(own)} gives {share:.0%} of {_best_load(near=near, **best)}"  # type: ignore[arg-type]
+
+
+def _told_apart(number: float, other: float) -> str:
+    """A number in as many digits, from three on, as tell it from another."""
+    digits = next((d for d in range(3, 12) if f"{number:.{d}g}" != f"{other:.{d}g}"), 3)
+    return f"{number:.{digits}g}"
 
 
 def _ohm(value: float) -> str:
@@ -52,9 +58,14 @@ def _stop_under_drive(peak: float, distance: float, is_noisy: bool) -> str:
 MESSAGES: dict[str, str | Callable[..., str]] = {
     "coupling_needs_damping": "k^2 Q has no meaning without damping: damping_ratio must be above 0",
     "coupling": lambda how, merit, strong_from: (
-        f"{how}, k^2 Q = {merit:.3g} (strong from {strong_from:.3g}): {_COUPLING[how]}"
+        f"{how}, k^2 Q = {_told_apart(merit, strong_from)} (strong from {_told_apart(strong_from, merit)}): {_COUPLING[how]}"
     ),
-    "coupling_explained": "strong: the best resistor extracts nearly all available power; linear and under white noise, it extracts {share:.0%} of the input power (weak: below 20 %)",
+    "coupling_explained": "linear and under white noise, the best resistor extracts {share:.0%} of the input power (weak: below 20 %)",
+    "from_points": lambda value, unit, points: (
+        f"{amount(value, unit)}, computed from {points}: a linear device at its best frequency; voltages and "
+        "accelerations are peaks unless written otherwise"
+    ),
+    "points_ambiguous": "another value gives the same point: the smallest is used; a second point or --open-circuit-frequency decides",
     "load_not_sought": "not sought: the base has no excitation",
     "best_load_not_found": "not found: {why}",
     "no_load_yet": lambda **best: f"none yet; {_best_load(**best)}",

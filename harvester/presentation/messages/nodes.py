@@ -1,6 +1,45 @@
 """Messages of slow circuits behind a rectifier and of the study of sensor nodes."""
 
-from harvester.uncertainty.value import amount, clock, in_percent
+import math
+
+from harvester.uncertainty.value import amount, clock, duration, in_percent
+
+FEW_TIMES = 10.0  # a gain above which the packets are stated, and not per cent of almost none
+
+
+def _packets(per_day: float, error: float) -> str:
+    """Packets per day in whole numbers, to three digits if an error changes them."""
+    if error < 0.5:
+        return f"{per_day:,.0f}"
+    digits = max(math.floor(math.log10(error)) - 1, 0)
+    return f"{round(per_day, -digits):,.0f} +- {round(error, -digits):,.0f}"
+
+
+def _node_answer(
+    sent: str,
+    per_day: float,
+    error: float,
+    interval: float,
+    begins: float | None,
+    days: float,
+    outage: float | None,
+    lasts: float | None,
+    longest: bool,
+) -> str:
+    """Whether a node sends all of its packets, and whether it outlasts an outage."""
+    most = f"{86400.0 / interval:,.0f}"
+    if begins is None:
+        text = f"no: no packet in {clock(86400.0 * days)}"
+    elif sent == "all":
+        text = f"yes: {most} packets per day, one every {duration(interval)}"
+        text += f", from {clock(begins)} on" if begins > interval else ""
+    else:
+        text = f"{sent}: {_packets(per_day, error)} packets per day, of {most}"
+    if outage is None or lasts is None or begins is None:
+        return text
+    said = "longer than " * longest + clock(lasts)
+    return f"{text}; an outage of {clock(outage)}: {'yes' if lasts >= outage else 'no'}, the storage lasts {said}"
+
 
 MESSAGES = {
     "node_never_wakes": "never starts: the rectifier charges the storage only to {highest:.3g} V, below the wake voltage {wake:.3g} V",
@@ -30,8 +69,22 @@ MESSAGES = {
         f"the battery lasts {amount(seconds, 's')}: the rectifier supplies {amount(given, 'W')} on average, and the node consumes "
         f"{amount(needed, 'W')} while it runs"
     ),
-    "node_change_helps": lambda gain: (
-        f"the change that helps most: 10 % of it gives {100.0 * gain:.3g} % more packets"
+    "node_change_helps": lambda gain, packets: (
+        "the change that helps most: 10 % of it gives "
+        + (
+            f"{in_percent(gain)} more packets"
+            if gain <= FEW_TIMES
+            else f"{(1.0 + gain) * packets:.3g} packets per hour"
+        )
+    ),
+    "node_answer": _node_answer,
+    "node_larger_store": lambda farads, first, end: (
+        f"with {amount(farads, 'F')}, "
+        + (
+            f"the storage is not charged to the wake voltage in {clock(end)}"
+            if first is None
+            else f"the first packet is sent after {clock(first)}"
+        )
     ),
     "slow_circuit_alone": lambda direct, separation: (
         f"the circuit behind the rectifier was computed alone, fed by its mean current; {direct:.3g} s of mass and "
@@ -49,6 +102,14 @@ MESSAGES = {
         f"the mean power still changes by {in_percent(share)} after {clock(seconds)}"
     ),
     "circuit_left_out": "left out: {why}",
+    "chip_without_netlist": "'harvester node' supports it by its data sheet's table, but no netlist of it is here to compare",
+    "chip_not_asked": "chips are compared under a harmonic excitation, or if `chips` names them",
+    "capacitor_kept": lambda has, smallest: (
+        f"kept: {amount(has, 'F')} is enough, and {amount(smallest, 'F')} would be"
+    ),
+    "capacitor_too_small": lambda has, smallest: (
+        f"too small: {amount(has, 'F')}, and {amount(smallest, 'F')} is the smallest that is enough"
+    ),
     "chip_without_output": "chip {chip!r} has no output of {voltage:g} V",
     "coils_saturate": "an inversion at {voltage:g} V needs more current than any inductor of the list allows",
     "detector_not_counted": "its switch closes at the peaks at no cost: the detector of a real board consumes power "

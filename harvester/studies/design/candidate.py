@@ -10,7 +10,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError
 from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
-from harvester.presentation.diagnostic import refusal
+from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.presentation.messages.unknown_parts import (
     COMPILED_CIRCUIT,
     IDEAL_ELEMENTS,
@@ -230,7 +230,13 @@ def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
         least, 2.0 * WIDE * kept / (needed.voltage**2 - (needed.stop or LOW * needed.voltage) ** 2)
     )
     series = between(SERIES, SMALLEST, LARGEST)
-    return next((capacitor for capacitor in series if capacitor >= least), series[-1])
+    return next((farads for farads in series if farads >= least), series[-1])
+
+
+def capacitor(smallest: float, scene: Scene) -> float:
+    """The capacitance (F) of the scene's [storage] if that is enough, else the ``smallest`` that is."""
+    has = 0.0 if scene.storage is None else scene.storage.farads
+    return max(has, smallest)
 
 
 def nominal(
@@ -258,3 +264,12 @@ def nominal(
     ]
     best = usable[int(np.argmax(rough))]
     return best, evaluate(best, scene, needed, farads, seed, MANY)
+
+
+def of_capacitor(device: Scene, smallest: float) -> list[Diagnostic]:
+    """How the capacitor of the scene's [storage] compares with the ``smallest`` (F) that is enough."""
+    store = device.storage
+    if store is None or store.capacitance is None:
+        return []
+    code = "capacitor_kept" if store.farads >= smallest else "capacitor_too_small"
+    return [note(code, "storage.capacitance", has=store.farads, smallest=smallest)]

@@ -16,12 +16,19 @@ from harvester.errors import CannotServeError, InputError, SimulationError, name
 from harvester.machine import files
 from harvester.machine.cores import cores
 from harvester.machine.execution import DEFAULT, Execution
-from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.scene.scene_writer import as_written
 from harvester.storage.bought_parts import CHIPS
-from harvester.studies.design.candidate import Candidate, Given, capacitance, nominal
+from harvester.studies.design.candidate import (
+    Candidate,
+    Given,
+    capacitance,
+    capacitor,
+    nominal,
+    of_capacitor,
+)
 from harvester.studies.design.design_need import DesignNeed, read_need
 from harvester.studies.design.design_result import DesignCandidate, DesignResult
 from harvester.studies.design.yield_share import share_met
@@ -60,7 +67,7 @@ def design(
         A `Scene`, or the path of its file; its load is ignored.
     needs
         Power at a voltage, such as "40 uW at 3.3 V". Default: the consumption of the scene's
-        [node].
+        [node], at its wake voltage, or behind a chip at its supply voltage.
     wake
         Longest charging time from empty to that voltage (s, or a text such as "10 s").
     spread
@@ -101,10 +108,14 @@ def design(
     folder = OutputFolder.of(execution)
     begin = time.perf_counter()
     names = _names(circuits, chips, problem)
-    farads = capacitance(needed, device)
+    farads = capacitor(capacitance(needed, device), device)
     candidates, left_out = _nominal(device, names, needed, farads, seed, execution)
+    if circuits is None and chips is None:
+        left_out += _chips_not_compared(names)
     meeting = {
-        name: candidate for name, candidate in candidates.items() if not candidate[1].unmet(needed)
+        name: candidate
+        for name, candidate in candidates.items()
+        if not candidate[1].unmet(_need(needed, name))
     }
     if not meeting:
         raise InputError(_nearest(candidates, needed, problem, left_out))
@@ -123,13 +134,16 @@ def design(
     )
     order = _order(meeting, shares)
     chosen, best = candidates[order[0]]
-    farads = capacitance(needed, device, best.kept)
-    check = note("design_check", needed=needed.load, whole=needed.voltage**2 / best.power.value)
+    smallest = capacitance(needed, device, best.kept)
+    farads = capacitor(smallest, device)
+    there = _need(needed, chosen.circuit)
+    check = note("design_check", needed=there.load, whole=there.voltage**2 / best.power.value)
     remarks = [
         *unusual_values(device),
         *left_out,
         note("design_by_share" if spreads else "design_simplest"),
         check,
+        *of_capacitor(device, smallest),
     ]
     if chosen.coil is not None:
         remarks.append(warning("detector_not_counted", chosen.circuit))
@@ -169,6 +183,21 @@ def _names(
     return tuple(dict.fromkeys((*(circuits or ()), *(chips or ()))))
 
 
+def _need(needed: DesignNeed, name: str) -> DesignNeed:
+    """What is needed of the circuit or chip of this name."""
+    return needed.for_circuit(is_chip=name in CHIPS)
+
+
+def _chips_not_compared(names: Sequence[str]) -> list[Diagnostic]:
+    """Why the chips that are not among the ``names`` are left out."""
+    reasons = {
+        name: refusal("chip_not_asked" if chip.netlist == name else "chip_without_netlist")
+        for name, chip in CHIPS.items()
+        if name not in names
+    }
+    return [note("circuit_left_out", name, why=str(why)) for name, why in reasons.items()]
+
+
 def _nominal(
     device: Scene,
     names: Sequence[str],
@@ -183,7 +212,7 @@ def _nominal(
 
     def given(name: str) -> tuple[Candidate, Given] | Diagnostic:
         try:
-            return nominal(device, name, needed, farads, seed)
+            return nominal(device, name, _need(needed, name), farads, seed)
         except (CannotServeError, SimulationError) as error:
             return note("circuit_left_out", name, why=str(error))
 
@@ -222,7 +251,7 @@ def _shares(
         share_of[name] = share_met(
             candidate,
             device,
-            needed=needed,
+            needed=_need(needed, name),
             farads=farads,
             spreads=spreads,
             seed=seed,
@@ -257,6 +286,7 @@ def _result(
 ) -> DesignResult:
     """The decision, of a study that continued since the time ``begin`` of `time.perf_counter`."""
     chosen, best = candidates[order[0]]
+    there = _need(needed, chosen.circuit)
     requirements = [
         needed.needs,
         *([f"awake in {needed.wake_written}"] if needed.wake is not None else []),
@@ -265,8 +295,8 @@ def _result(
         circuit=chosen.circuit,
         coil=chosen.coil,
         settings=chosen.parameters,
-        power_needed=needed.power,
-        load_resistance=needed.load,
+        power_needed=there.power,
+        load_resistance=there.load,
         capacitor=farads,
         available=best.power,
         wake=best.wake,
@@ -286,7 +316,7 @@ def _result(
             )
             for name in (*order, *(other for other in candidates if other not in order))
         ),
-        scene=chosen.scene(problem.scene, needed, farads),
+        scene=chosen.scene(problem.scene, there, farads),
         seconds=time.perf_counter() - begin,
         steps=sum(given.steps for _, given in candidates.values()),
         diagnostics=tuple(diagnostics),
@@ -298,7 +328,7 @@ def _nearest(
 ) -> str:
     """The one line that states that no circuit meets everything, and which comes nearest."""
     by_unmet = {
-        name: (len(given.unmet(needed)), -given.power.value)
+        name: (len(given.unmet(_need(needed, name))), -given.power.value)
         for name, (_, given) in candidates.items()
     }
     name = min(by_unmet, key=lambda circuit: by_unmet[circuit])
@@ -310,8 +340,9 @@ def _nearest(
         if bound is None
         else f"; no device of this mass takes more than {amount(bound.value, 'W')}"
     )
-    out = f" (left out: {', '.join(reason.about for reason in left_out)})" if left_out else ""
+    reasons = "; ".join(f"{reason.about}: {reason.numbers['why']}" for reason in left_out)
+    out = f" (left out: {reasons})" if left_out else ""
     return (
         f"`needs`, `wake` and `limit` must be met by a circuit, but none of {', '.join(candidates)}{out} does: nearest "
-        f"is {name}{with_coil}, asked for {'; '.join(best.unmet(needed))}{most}"
+        f"is {name}{with_coil}, asked for {'; '.join(best.unmet(_need(needed, name)))}{most}"
     )

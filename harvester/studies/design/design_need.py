@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from harvester.errors import InputError, invalid
 from harvester.quantities.kinds import TIME, VOLTAGE, Kind, with_prefix
@@ -20,7 +20,8 @@ class DesignNeed:
     """A ``power`` (W) at a ``voltage`` (V), ``wake`` s after an empty store, and ``limits``; and how it was written.
 
     ``packet`` is the energy (J) of a node's packet at the store, ``stop`` the voltage that the
-    store must keep then.
+    store must keep then.  The node's ``supply`` is the voltage (V) of its regulator and the
+    power (W) that it consumes there: what a chip's output must give in the regulator's place.
     """
 
     power: float
@@ -31,11 +32,19 @@ class DesignNeed:
     wake_written: str = ""
     packet: float = 0.0
     stop: float = 0.0
+    supply: tuple[float, float] | None = None
 
     @property
     def load(self) -> float:
         """The resistance (ohm) that takes the power at the voltage."""
         return self.voltage**2 / self.power
+
+    def for_circuit(self, *, is_chip: bool) -> "DesignNeed":
+        """What a circuit must give: behind a chip the supply's voltage, at the store the wake voltage."""
+        if self.supply is None or not is_chip:
+            return self
+        volts, watts = self.supply
+        return replace(self, voltage=volts, power=watts)
 
 
 def read_need(
@@ -98,10 +107,15 @@ def _of_node(
         if node.supply_voltage is None
         else node.supply_voltage / (node.efficiency or 1.0)
     )
-    power = volts * (packet + sleep * asleep) / node.interval
+    mean = (packet + sleep * asleep) / node.interval
+    power = volts * mean
+    supply = (
+        None if node.supply_voltage is None else (node.supply_voltage, node.supply_voltage * mean)
+    )
     return DesignNeed(
         *(power, node.wake_voltage, wake, limits, "[node]"),
         written,
         packet * volts,
         node.stop_voltage,
+        supply,
     )

@@ -301,3 +301,43 @@ def test_a_record_of_the_drive_gives_a_chip_the_same(tmp_path):
         for one in scenes
     ]
     assert some[0] == pytest.approx(some[1], rel=0.02)
+
+
+def with_node(capacitance="470 uF"):
+    """The scene of a node behind a regulator of 1.8 V, which begins at 4.2 V of its store."""
+    scene = hv.load(EXAMPLES / "bimorph_packets.toml")
+    return dataclasses.replace(
+        scene,
+        node=dataclasses.replace(scene.node, supply_voltage=1.8),
+        storage=dataclasses.replace(scene.storage, capacitance=capacitance),
+    )
+
+
+@pytest.mark.slow
+def test_a_chip_is_asked_for_the_supply_of_the_node():
+    """Its output replaces the regulator, so that its efficiency is not needed."""
+    scene = with_node()
+    found = hv.design(scene, circuits=["bridge"], chips=["ltc3588"])
+    assert {each.circuit for each in found.candidates} == {"bridge", "ltc3588"}
+    behind = hv.design(scene, circuits=[], chips=["ltc3588"])
+    node = scene.node
+    mean = (sum(a * s for a, s in node.states) + 2e-6 * (10.0 - 0.015)) / 10.0
+    assert behind.power_needed == pytest.approx(1.8 * mean)
+    assert behind.load_resistance == pytest.approx(1.8 / mean)
+    assert hv.design(scene, circuits=["bridge"]).power_needed == pytest.approx(1.8 / 0.85 * mean)
+
+
+@pytest.mark.slow
+def test_the_capacitor_of_the_scene_is_kept_or_compared():
+    kept = hv.design(with_node(), circuits=["bridge"])
+    assert kept.capacitor == pytest.approx(470e-6)
+    assert "kept: 470 uF is enough" in str(kept)
+    small = hv.design(with_node("10 uF"), circuits=["bridge"])
+    assert 10e-6 < small.capacitor < 470e-6 and "too small: 10 uF" in str(small)
+
+
+def test_each_chip_that_is_left_out_has_its_reason():
+    found = str(hv.design(EXAMPLES / "bimorph_sensor.toml", needs="40 uW at 3 V"))
+    assert "ltc3588: left out: chip 'ltc3588' has no output of 3 V" in found
+    for chip in ("adp5091", "aem30940", "spv1050"):
+        assert f"{chip}: left out: 'harvester node' supports it" in found
