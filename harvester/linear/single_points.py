@@ -43,7 +43,7 @@ LOWEST = 0.05
 
 @dataclass(frozen=True)
 class LinearDevice:
-    """A linear device: mass (kg), short-circuit resonance (rad/s), quality factor, capacitance (F), coupling (N/V)."""
+    """A linear device in SI units; its frequency is the short-circuit resonance in rad/s."""
 
     mass: float
     frequency: float
@@ -85,7 +85,7 @@ class LinearDevice:
 
 @dataclass(frozen=True)
 class DataSheetPoint:
-    """A point as it was ``written``: its value (V or W) at an acceleration (m/s^2), and a resistance (ohm)."""
+    """A point as it was ``written``, in SI units; accelerations are peaks."""
 
     name: str
     written: str
@@ -139,14 +139,14 @@ def _quantity(name: str, text: str, kind: Kind) -> float:
 
 @dataclass(frozen=True)
 class PointValues:
-    """What points gave: the values by the fields of a data sheet, and whether another device gives the same point."""
+    """Values by the fields of a data sheet, and whether others give the same point."""
 
     values: dict[str, float]
     ambiguous: bool
 
 
 def solve(known: Mapping[str, float], points: Mapping[str, str]) -> PointValues:
-    """The fields that the points replace: ``coupling``, then ``q``, then ``mass``, as many as there are points.
+    """The fields that the points replace: ``coupling``, then ``q``, then ``mass``.
 
     Parameters
     ----------
