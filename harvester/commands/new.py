@@ -156,7 +156,7 @@ def new(
 def _from_points(texts: dict[str, str]) -> "list[Diagnostic]":
     """Put the values that single points give among the texts, and state them."""
     from harvester.devices.device import known_values
-    from harvester.devices.single_points import POINTS, UNITS, solve
+    from harvester.linear.single_points import POINTS, UNITS, solve
     from harvester.presentation.diagnostic import note, warning
 
     points = {name: texts.pop(name) for name in POINTS if name in texts}

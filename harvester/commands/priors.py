@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from harvester.studies.prediction.prediction_result import Prediction
     from harvester.uncertainty.value import Value
 
+POINT = "be NAME=POINT, such as open_circuit_voltage='21 V at 0.25 g'"
 KNOWN = "be QUANTITY=ORIGIN, such as damping=measured"
 
 
@@ -33,8 +34,25 @@ def prior_options(prior: str) -> list[Callable[..., Any]]:
     ]
 
 
+def point_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the option --points to a command."""
+    return cloup.option(
+        "--points",
+        "points",
+        multiple=True,
+        metavar="NAME=POINT",
+        help="With --predict, a single point of the device's data sheet: open_circuit_voltage='21 V at 0.25 g', "
+        "power_at_load='1.2 mW at 15 kohm and 0.25 g' or open_circuit_frequency='62 Hz'; repeatable.",
+    )(command)
+
+
 def prediction_of(
-    scene: "Scene", computed: "Value", seed: int, prior: str | None, known: Sequence[str]
+    scene: "Scene",
+    computed: "Value",
+    seed: int,
+    prior: str | None,
+    known: Sequence[str],
+    points: Sequence[str] = (),
 ) -> "Prediction":
     """The prediction of a real device whose power was ``computed`` as the scene is written."""
     from harvester.commands.progress import Bar
@@ -48,16 +66,23 @@ def prediction_of(
             prior=DEFAULT_CLASS if prior is None else prior,
             known=pairs_of("--known", known, KNOWN),
             seed=seed,
+            points=pairs_of("--points", points, POINT),
             computed=computed,
             execution=Execution(progress=bar),
         )
 
 
-def check_alone(predict: bool, prior: str | None, known: Sequence[str]) -> None:
-    """Refuse --prior and --known without --predict."""
-    for option, given in (("--prior", prior), ("--known", known)):
+def check_alone(
+    predict: bool, prior: str | None, known: Sequence[str], points: Sequence[str] = ()
+) -> None:
+    """Refuse --prior, --known and --points without --predict, and points of another form."""
+    for option, given in (("--prior", prior), ("--known", known), ("--points", points)):
         if given and not predict:
             raise InputError(f"{option} must be given with --predict, but --predict is left out")
+    if points:
+        from harvester.studies.prediction.evidence import read_points
+
+        read_points(pairs_of("--points", points, POINT))
 
 
 def spreads_by_priors(

@@ -7,7 +7,7 @@ import cloup
 
 from harvester.commands.formula_meanwhile import formula_meanwhile
 from harvester.commands.options import engine_option, json_option, probe_option, sampling
-from harvester.commands.priors import check_alone, prediction_of, prior_options
+from harvester.commands.priors import check_alone, point_options, prediction_of, prior_options
 from harvester.commands.reports import report_option
 from harvester.commands.study import Output, study_command
 from harvester.errors import SimulationError
@@ -23,6 +23,7 @@ SHARE, SHORT = 0.3, 5.0
     "harvester run mine.toml --engine spice --within 1% --budget 30s --json",
     "harvester run mine.toml --lifetime '5 years' --sensitivity",
     "harvester run mine.toml --predict --prior film --known damping=measured",
+    "harvester run mine.toml --predict --points open_circuit_voltage='21 V at 0.25 g'",
     "harvester run bridge.toml --probe store --probe 'i(d1)' --ledger",
 )
 @cloup.option_group(
@@ -65,6 +66,7 @@ SHARE, SHORT = 0.3, 5.0
         "its class, and the measurement that narrows it most.  The error of the computation is reported separately.",
     ),
     *prior_options("With --predict, the class of the device (default: bulk)"),
+    point_options,
 )
 @sampling
 @cloup.option_group("Output", report_option, json_option)
@@ -77,6 +79,7 @@ def run(
     predict: bool,
     prior: str | None,
     known: tuple[str, ...],
+    points: tuple[str, ...],
     **options: Any,
 ) -> None:
     """Mean power and mean square voltage of one SCENE by one engine."""
@@ -84,7 +87,7 @@ def run(
     from harvester.engines import selection
 
     scene = output.scene
-    check_alone(predict, prior, known)
+    check_alone(predict, prior, known, points)
     options["probe"] = probe or None
     budget = options["budget"]
     if sensitivity and budget is not None:
@@ -120,7 +123,7 @@ def run(
             answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, missing))
     if predict:
         beside["prediction"] = prediction_of(
-            scene, answer.mean_power, options["seed"], prior, known
+            scene, answer.mean_power, options["seed"], prior, known, points
         )
     about = (
         options["seed"],

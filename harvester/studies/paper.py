@@ -102,7 +102,7 @@ class PaperFigure(TableResult):
 
     Attributes
     ----------
-    number : int
+    number : str
         the figure's number.
     title : str
         the quantities of the figure, and the values that are assumed.
@@ -156,7 +156,7 @@ def paper(figure: int | str, *, execution: Execution = DEFAULT) -> PaperFigure:
 
     Parameters
     ----------
-    figure
+    figure : int or str
         Number of the figure, 1 to 9.
     execution
         Folder for figN.csv and figN.png, and progress.

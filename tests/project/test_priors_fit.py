@@ -14,7 +14,9 @@ from harvester.studies.prediction import priors
 from tests.support.paths import ROOT
 
 sys.path.append(str(ROOT / "benchmarks"))
-priors_fit, priors_limits = map(importlib.import_module, ("priors_fit", "priors_limits"))
+priors_fit, priors_limits, narrowed = map(
+    importlib.import_module, ("priors_fit", "priors_limits", "narrowed")
+)
 PAGE = (ROOT / "docs" / "prediction.md").read_text()
 
 
@@ -137,3 +139,20 @@ def test_the_first_page_has_the_coverage():
     readme = (ROOT / "README.md").read_text()
     assert f"{held} inside" in readme
     assert f"a factor of {width} " in readme
+
+
+@pytest.mark.slow
+def test_a_device_after_a_curve_and_after_a_power():
+    """The row of a measured device, computed anew; and of weighted normal numbers the width of a normal posterior."""
+    rng = np.random.default_rng(2)
+    shared, noise = rng.standard_normal((2, 200_000))
+    values = 0.4 * shared + 0.1 * noise
+    weights = np.exp(-0.5 * (0.4 * shared / 0.2) ** 2)
+    left = math.sqrt(1.0 / (0.4**-2 + 0.2**-2) + 0.1**2)
+    assert math.log(narrowed.ratio(values, weights)) == pytest.approx(3.92 * left, rel=0.02)
+    [(title, device_class, scene)] = [
+        entry for entry in narrowed.devices() if entry[0].startswith("bridge")
+    ]
+    found = narrowed.widths(scene, device_class)
+    row = f"| {title} | {device_class} | {' | '.join(f'{value:.1f}' for value in found)} |"
+    assert row in PAGE

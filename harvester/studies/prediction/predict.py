@@ -9,6 +9,7 @@ thus a measurement of one parameter, which leaves it a smaller spread, needs no 
 import math
 import time
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -18,9 +19,11 @@ from harvester.engines.selection import Named, default_engine
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
+from harvester.linear.single_points import DataSheetPoint
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.scene.scene import Scene
+from harvester.studies.prediction.evidence import evidence, read_points
 from harvester.studies.prediction.prediction_result import Prediction, RealDevice, UncertainQuantity
 from harvester.studies.prediction.priors import (
     DEFAULT_CLASS,
@@ -36,6 +39,13 @@ from harvester.studies.tolerance.tolerance import tolerance
 from harvester.studies.tolerance.tolerance_result import ToleranceResult
 from harvester.uncertainty.value import Value
 
+LINEAR_KEYS = (
+    "oscillator.mass",
+    "oscillator.stiffness",
+    "oscillator.damping",
+    "piezo.coupling",
+    "piezo.capacitance",
+)
 SAMPLES = 512
 DRAWS = 8192
 ENDS = (0.025, 0.5, 0.975)
@@ -52,6 +62,7 @@ def predict(
     samples: int = SAMPLES,
     runs: int | None = None,
     seed: int = 0,
+    points: Mapping[str, str] | None = None,
     computed: Value | None = None,
     execution: Execution = DEFAULT,
 ) -> Prediction:
@@ -77,6 +88,10 @@ def predict(
         computes, as of `tolerance`.
     seed : int, default 0
         the same seed, the same devices.
+    points : mapping, optional
+        single points of the device's data sheet, such as ``{"open_circuit_voltage": "21 V at 0.25
+        g", "power_at_load": "1.2 mW at 15 kohm and 0.25 g", "open_circuit_frequency": "62 Hz"}``:
+        devices of the priors count by their likelihood.
     computed : Value, optional
         the mean power of the scene as it is written, if it is known already.
     execution : Execution, optional
@@ -91,8 +106,8 @@ def predict(
     Raises
     ------
     InputError
-        for a nondimensional scene, a class, a quantity or an origin that does not exist, and if
-        nothing scatters.
+        for a nondimensional scene, a class, a quantity, an origin or a point that does not exist,
+        if nothing scatters, and for points that hardly any device of the priors has.
     HarvesterError
         if the engine fails at every device.
 
@@ -108,6 +123,7 @@ def predict(
     problem = Problem.of(scene)
     spread_scene = in_modal_keys(problem.scene)
     priors = priors_of(spread_scene, prior, known or {})
+    read = read_points(points or {})
     if not priors:
         raise InputError("`known` must leave a quantity with a spread, but gives all of them")
     if computed is None:
@@ -122,7 +138,7 @@ def predict(
         seed=seed,
         execution=execution,
     )
-    devices = _Devices(priors, spread, problem, seed)
+    devices = Devices(priors, spread, problem, seed, read)
     power, voltage = devices.intervals()
     quantities = [_quantity(entry, devices, prior) for entry in priors]
     return Prediction(
@@ -132,6 +148,7 @@ def predict(
         power=power,
         voltage=voltage,
         quantities=tuple(sorted(quantities, key=lambda entry: entry.width_after or math.inf)),
+        impedance_curve=_after_impedance(devices, prior),
         model_sigma=model_sigma(problem),
         samples=len(spread.power),
         physical=True,
@@ -147,7 +164,7 @@ def _computed(problem: Problem, engine: Named | None, seed: int) -> Value:
     return engine_of(engine).run(problem).mean_power
 
 
-class _Devices:
+class Devices:
     """Many devices, by polynomials for the logarithms of power and voltage.
 
     The variables are the standardised logarithms of the keys, and a uniform key from -1 to 1.  The
@@ -155,7 +172,12 @@ class _Devices:
     """
 
     def __init__(
-        self, priors: Sequence[Prior], spread: ToleranceResult, problem: Problem, seed: int
+        self,
+        priors: Sequence[Prior],
+        spread: ToleranceResult,
+        problem: Problem,
+        seed: int,
+        points: Mapping[str, DataSheetPoint | float] = MappingProxyType({}),
     ):
         self.priors = priors
         self.model = model_sigma(problem)
@@ -172,17 +194,64 @@ class _Devices:
         )
         self.power_law = fit(x, np.log(spread.power[served]))
         self.voltage_law = fit(x, np.log(spread.voltage[served]))
+        keys = {key: np.full(len(x), _value(scene, key)) for key in LINEAR_KEYS}
+        keys |= {entry.key: spread.samples[served, k] for k, entry in enumerate(priors)}
+        self.evidence = evidence(points, keys, x) if points else None
         # Three more columns: the model error, and the noise of either polynomial.
         self.u = sobol_points(DRAWS, len(priors) + 3, seed)
 
-    def intervals(self, measured: Prior | None = None) -> tuple[RealDevice, RealDevice]:
-        """Power and voltage, with the spread that a quantity has after it was ``measured``."""
+    def intervals(self, measured: Sequence[Prior] = ()) -> tuple[RealDevice, RealDevice]:
+        """Power and voltage, with the spreads that quantities have after they were ``measured``."""
+        # With points a measurement is one more of them.
+        power, voltage, model = self.logarithms(measured if self.evidence is None else ())
+        weights = self.weights(measured)
+        return (
+            interval(np.exp(power + model), self.without_power, "W", weights),
+            interval(np.exp(voltage + 0.5 * model), self.without_power, "V", weights),
+        )
+
+    def weights(self, measured: Sequence[Prior] = ()) -> Floats | None:
+        """The likelihood of the devices, shape (draws,); None without points.
+
+        A quantity that was ``measured`` has its median after the points, within its new spread.
+        """
+        if self.evidence is None:
+            return None
+        x = self.drawn()[0]
+        weights = self.evidence.weights(x)
+        for better in measured:
+            for k, entry in enumerate(self.priors):
+                if entry.quantity == better.quantity and entry.sigma and better.sigma:
+                    logs = entry.sigma * x[:, k]
+                    off = logs - np.average(logs, weights=weights)
+                    weights = weights * np.exp(-0.5 * (off / better.sigma) ** 2)
+        return weights
+
+    def quantity(self, entry: Prior) -> tuple[float, float] | None:
+        """Median factor and standard deviation of the logarithm of a quantity after the points; None for a range."""
+        weights = self.weights()
+        if weights is None or entry.sigma is None:
+            return None
+        logs = self.drawn()[0][:, self.priors.index(entry)] * entry.sigma
+        middle = float(np.average(logs, weights=weights))
+        square = float(np.average((logs - middle) ** 2, weights=weights))
+        return math.exp(middle), math.sqrt(square)
+
+    def logarithms(self, measured: Sequence[Prior] = ()) -> tuple[Floats, Floats, Floats]:
+        """Logarithms of power and voltage of the devices, and of the factor of the model error; shape (draws,)."""
+        x, normal = self.drawn(measured)
+        power = self.power_law(x) + self.power_law.scatter * normal[:, -2]
+        voltage = self.voltage_law(x) + self.voltage_law.scatter * normal[:, -1]
+        return power, voltage, self.model * normal[:, -3]
+
+    def drawn(self, measured: Sequence[Prior] = ()) -> tuple[Floats, Floats]:
+        """The standardised keys of the devices, shape (draws, keys), and all their normal numbers."""
         from scipy.special import ndtri
 
         normal = ndtri(self.u)
         x = np.empty((DRAWS, len(self.priors)))
         for k, (entry, middle) in enumerate(zip(self.priors, self.middles, strict=True)):
-            better = None if measured is None or measured.quantity != entry.quantity else measured
+            better = next((new for new in measured if new.quantity == entry.quantity), None)
             if entry.key_sigma is not None:
                 sigma = entry.key_sigma if better is None else better.key_sigma or 0.0
                 x[:, k] = normal[:, k] * sigma / entry.key_sigma
@@ -192,13 +261,7 @@ class _Devices:
                     low, high = entry.between
                     near = middle + EXACT * x[:, k]
                     x[:, k] = np.clip(2.0 * (near - low) / (high - low) - 1.0, -1.0, 1.0)
-        model = self.model * normal[:, -3]
-        power = self.power_law(x) + model + self.power_law.scatter * normal[:, -2]
-        voltage = self.voltage_law(x) + 0.5 * model + self.voltage_law.scatter * normal[:, -1]
-        return (
-            interval(np.exp(power), self.without_power, "W"),
-            interval(np.exp(voltage), self.without_power, "V"),
-        )
+        return x, np.asarray(normal)
 
 
 def _standardised(entry: Prior, middle: float, values: Floats) -> Floats:
@@ -215,15 +278,21 @@ def _value(scene: Scene, key: str) -> float:
     return float(scene.tables()[table][name])
 
 
-def interval(values: Floats, zeros: float, unit: str) -> RealDevice:
-    """Median and 95 % interval of values, and of zeros, which are a share of all."""
-    low, median, high = (
-        np.quantile(values, (end - zeros) / (1.0 - zeros)) if end > zeros else 0.0 for end in ENDS
-    )
-    return RealDevice(float(median), float(low), float(high), unit)
+def interval(values: Floats, zeros: float, unit: str, weights: Floats | None = None) -> RealDevice:
+    """Median and 95 % interval of values with weights, and of zeros, which are a share of all."""
+    shares = [(end - zeros) / (1.0 - zeros) if end > zeros else None for end in ENDS]
+    known = [share for share in shares if share is not None]
+    if weights is None:
+        quantiles = iter(np.quantile(values, known))
+    else:
+        order = np.argsort(values)
+        steps = np.cumsum(weights[order]) - 0.5 * weights[order]
+        quantiles = iter(np.interp(known, steps / weights.sum(), values[order]))
+    low, median, high = (0.0 if share is None else float(next(quantiles)) for share in shares)
+    return RealDevice(median, low, high, unit)
 
 
-def _quantity(entry: Prior, devices: _Devices, device_class: str) -> UncertainQuantity:
+def _quantity(entry: Prior, devices: Devices, device_class: str) -> UncertainQuantity:
     """A quantity, its spread, and the width of the power's interval after a measurement."""
     better = prior_of(entry.quantity, "measured", device_class)
     if better is None and entry.between is not None:
@@ -231,10 +300,29 @@ def _quantity(entry: Prior, devices: _Devices, device_class: str) -> UncertainQu
     if better is None or (entry.sigma is not None and (better.sigma or 0.0) >= entry.sigma):
         after = None
     else:
-        after = devices.intervals(better)[0].ratio
+        after = devices.intervals([better])[0].ratio
+    factor, left = devices.quantity(entry) or (None, None)
     return UncertainQuantity(
-        entry.quantity, entry.key, entry.origin, entry.sigma, after, entry.source
+        quantity=entry.quantity,
+        key=entry.key,
+        origin=entry.origin,
+        sigma=entry.sigma,
+        width_after=after,
+        source=entry.source,
+        factor=factor,
+        sigma_left=left,
     )
+
+
+def _after_impedance(devices: Devices, device_class: str) -> float | None:
+    """The width of the power's interval after an impedance curve; None if it would narrow no quantity."""
+    better = []
+    for entry in devices.priors:
+        measured = prior_of(entry.quantity, "measured_low", device_class)
+        if measured is None or entry.sigma is None or (measured.sigma or 0.0) >= entry.sigma:
+            continue
+        better.append(measured)
+    return devices.intervals(better)[0].ratio if better else None
 
 
 def _remarks(

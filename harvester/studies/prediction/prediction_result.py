@@ -33,6 +33,8 @@ class UncertainQuantity(Result):
     ``origin`` is the origin of its number, ``sigma`` the standard deviation of its logarithm
     (None: a uniform range), and ``width_after`` the ratio of the ends of the power's interval
     after the quantity was measured at the level of use; None if a measurement narrows nothing.
+    After single points of a data sheet ``factor`` is the median of the quantity over its number in
+    the scene, and ``sigma_left`` the standard deviation of its logarithm; None without points.
     """
 
     quantity: str
@@ -41,6 +43,8 @@ class UncertainQuantity(Result):
     sigma: float | None
     width_after: float | None
     source: str
+    factor: float | None = None
+    sigma_left: float | None = None
 
 
 class Prediction(Result):
@@ -59,6 +63,9 @@ class Prediction(Result):
         of a real device: ``median``, ``low`` and ``high`` ends of the 95 % interval (W, V rms).
     quantities : tuple of UncertainQuantity
         the quantities that scatter, that whose measurement narrows the interval most first.
+    impedance_curve : float or None
+        the ratio of the ends of the power's interval after an impedance curve at a low level, by
+        which frequency, damping, coupling and capacitance are known; None if it narrows nothing.
     model_sigma : float
         the standard deviation of the logarithm of the power for the model error.
     samples : int
@@ -80,7 +87,9 @@ class Prediction(Result):
 
     DERIVED = ("real_device", "next_measurement", "measurements")
     INTERNAL = frozenset({"quantities"})
-    NOT_SHOWN = frozenset({"power", "voltage", "model_sigma", "samples", "quantities"})
+    NOT_SHOWN = frozenset(
+        {"power", "voltage", "impedance_curve", "model_sigma", "samples", "quantities"}
+    )
     NOT_IN_JSON = frozenset({"real_device"})
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "prior", "computed", "next_measurement")
 
@@ -90,6 +99,7 @@ class Prediction(Result):
     power: RealDevice
     voltage: RealDevice
     quantities: tuple[UncertainQuantity, ...]
+    impedance_curve: float | None
     model_sigma: float
     samples: int
     physical: bool
@@ -121,12 +131,25 @@ class Prediction(Result):
         """The quantities, their origins, and the power's interval after a measurement."""
         some = self.quantities
         sigmas = [None if entry.sigma is None else 100.0 * entry.sigma for entry in some]
-        columns = (
-            Column("quantity", [entry.quantity for entry in some]),
-            Column("origin", [entry.origin for entry in some], label="known from"),
+        names = [entry.quantity for entry in some]
+        origins = [entry.origin for entry in some]
+        widths = [entry.width_after for entry in some]
+        if self.impedance_curve is not None:
+            names.append("impedance curve")
+            origins.append("")
+            sigmas.append(None)
+            widths.append(self.impedance_curve)
+        columns: tuple[Column, ...] = (
+            Column("quantity", names),
+            Column("origin", origins, label="known from"),
             Column("sigma", sigmas, "%", label="standard deviation"),
-            Column(
-                "width_after", [entry.width_after for entry in some], label="high/low if measured"
-            ),
+            Column("width_after", widths, label="high/low if measured"),
         )
+        if any(entry.factor is not None for entry in some):
+            more = len(names) - len(some)
+            left = [None if row.sigma_left is None else 100.0 * row.sigma_left for row in some]
+            columns += (
+                Column("factor", [*(row.factor for row in some), *[None] * more], label="factor"),
+                Column("sigma_left", [*left, *[None] * more], "%", label="after the points"),
+            )
         return Table(columns, "spread of each quantity, and the power's interval if it is measured")

@@ -51,6 +51,92 @@ def test_a_measurement_narrows_as_its_smaller_spread_does():
     assert result.next_measurement == min(after, key=after.get) == "damping"
 
 
+def test_an_impedance_curve_narrows_all_that_it_measures():
+    """Its width is that of a prediction whose numbers were measured at a low level, and None if it narrows nothing."""
+    unknown = GIVEN | {"coupling": "geometry", "damping": "unknown"}
+    result = hv.predict(weak(), prior="composite", known=unknown)
+    low = GIVEN | {"coupling": "measured_low", "damping": "measured_low"}
+    measured = hv.predict(weak(), prior="composite", known=low)
+    assert result.impedance_curve == pytest.approx(measured.power.ratio, rel=0.05)
+    assert result.impedance_curve < 0.5 * result.power.ratio
+    assert result.measurements.columns[0].cells[-1] == "impedance curve"
+    assert measured.impedance_curve is None
+    assert "impedance curve" not in measured.measurements.columns[0].cells
+
+
+def test_points_give_the_normal_posterior():
+    """Of a weak coupling the voltage without load goes with theta/c: its point leaves a normal posterior.
+
+    The voltage's error has half of the model error of a power and 2.5 % of the meter; a missing or a doubled error, a
+    wrong exponent or an ignored point would each show in the standard deviation, the shift or the interval.
+    """
+    scene = weak(resistance=1e3)
+    resonance = 2.0 * math.pi * 50.0
+    volts = 1e-7 / 20e-9 / (0.04 * resonance**2)  # theta/Cp a/(w0^2 2 zeta)
+    unknown = GIVEN | {"coupling": "geometry"}
+    result = hv.predict(
+        scene,
+        prior="composite",
+        known=unknown,
+        points={"open_circuit_voltage": f"{1.2 * volts!r} V at 1 m/s^2"},
+    )
+    prior = priors.prior_of("coupling", "geometry", "composite").sigma
+    error = math.hypot(0.025, 0.5 * 0.15)
+    left = 1.0 / math.sqrt(prior**-2 + error**-2)
+    [coupling] = result.quantities
+    assert coupling.sigma_left == pytest.approx(left, rel=0.05)
+    assert coupling.factor == pytest.approx(1.2 ** (left / error) ** 2, rel=0.01)
+    whole = math.hypot(2.0 * left, result.model_sigma)
+    assert math.log(result.power.ratio) == pytest.approx(2.0 * 1.96 * whole, rel=0.05)
+    assert result.power.median == pytest.approx(
+        result.computed.value * coupling.factor**2, rel=0.03
+    )
+
+
+def test_a_power_and_a_resonance_pair_are_points_too():
+    """The true device's own points give its coupling and damping back, each narrower than its prior."""
+    scene = hv.load("examples/published/erturk_inman_2009.toml")
+    modal = priors.in_modal_keys(scene)
+    one, piezo = modal.oscillator, modal.piezo
+    stiffer = one.stiffness + piezo.coupling**2 / piezo.capacitance
+    hertz = math.sqrt(stiffer / one.mass) / (2.0 * math.pi)
+    result = hv.predict(
+        scene,
+        known={"frequency": "tuned", "damping": "unknown"},
+        samples=256,
+        points={
+            "open_circuit_frequency": f"{hertz!r} Hz",
+            "power_at_load": "11.9 mW at 35 kohm and 1 g",
+        },
+    )
+    left = {entry.quantity: entry for entry in result.quantities}
+    assert left["damping"].sigma_left < 0.3 < left["damping"].sigma
+    assert left["coupling"].sigma_left < left["coupling"].sigma
+    assert left["coupling"].factor == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    "points, words",
+    [
+        ({"open_circuit_voltag": "2 V at 1 g"}, "did you mean 'open_circuit_voltage'"),
+        ({"open_circuit_voltage": "2 V"}, "VOLTAGE at ACCELERATION"),
+        ({"open_circuit_frequency": "2 V"}, "open_circuit_frequency"),
+        ({"open_circuit_voltage": "2 kV at 1 m/s^2"}, "must be possible for devices of the priors"),
+    ],
+)
+def test_impossible_points_are_refused(points, words):
+    """A wrong name or form, and a voltage that no device of the priors has."""
+    with pytest.raises(InputError, match=words):
+        hv.predict(weak(), known=GIVEN | {"coupling": "geometry"}, points=points, samples=64)
+
+
+def test_the_command_takes_points():
+    """They are in the table; without --predict they are refused."""
+    words = ["run", "examples/plate_harmonic.toml", "--points", "open_circuit_frequency=3.5 Hz"]
+    done = CliRunner().invoke(cli, words)
+    assert done.exit_code and "--predict is left out" in str(done.output) + str(done.exception)
+
+
 def test_the_error_of_the_computation_stays_apart():
     """The scene as it is written has its closed form, without the spread of the device."""
     result = hv.predict(weak(), samples=64)

@@ -9,7 +9,7 @@ import pytest
 import harvester as hv
 from harvester.devices.device import scene_tables
 from harvester.devices.scene_file import text
-from harvester.devices.single_points import LinearDevice, read_point, solve
+from harvester.linear.single_points import LinearDevice, read_point, solve
 from harvester.presentation.diagnostic import note
 
 G = 9.80665
