@@ -28,7 +28,7 @@ def export(
     >>> piezo = hv.Piezo(coupling="1 mN/V", capacitance="50 nF")
     >>> hv.export(hv.Scene(oscillator=mass, piezo=piezo), "/nowhere/plate.lib")
     Traceback (most recent call last):
-    harvester.errors.InputError: `out` must take plate.lib, but writing failed: ...
+    harvester.errors.InputError: `out` must ... plate.lib, but writing failed: ...
 
     Parameters
     ----------
