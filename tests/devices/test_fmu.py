@@ -3,6 +3,7 @@
 import math
 import re
 import subprocess
+import sys
 import zipfile
 
 import numpy as np
@@ -277,6 +278,19 @@ def test_an_effect_that_an_fmu_lacks_is_refused(tmp_path, line, words):
     scene.write_text(text.replace("[piezo]\n", f"[piezo]\n{line}\n"))
     with pytest.raises(CannotServeError, match=f"cannot model {words}"):
         hv.export(scene, tmp_path / "device.fmu")
+
+
+def test_the_same_scene_gives_the_same_bytes(tmp_path):
+    """In another process, the second time from the cache: without a compiler."""
+    made = []
+    for k, before in enumerate(("", "import subprocess; subprocess.run = None; ")):
+        out = tmp_path / str(k) / "plate.fmu"
+        out.parent.mkdir()
+        scene = str(EXAMPLES / "plate_with_stop.toml")
+        code = f"{before}import harvester as hv; hv.export({scene!r}, {str(out)!r})"
+        subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
+        made.append(out.read_bytes())
+    assert made[0] == made[1]
 
 
 def test_licence_and_words_inside():

@@ -7,7 +7,6 @@ without noise and with a resistor from impact to impact at sixth order
 (`harvester.mechanics.part.gridded`).
 """
 
-import datetime
 import hashlib
 import io
 import re
@@ -101,8 +100,7 @@ def export_fmu(
     token = "{" + hashlib.sha256(f"{fmi}{content}{code}".encode()).hexdigest()[:32] + "}"
     content = header(some, part, token, frequency)
     title = problem.scene.title or problem.scene.name
-    now = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    model = ModelFacts(name=name, token=token, title=title, step=step, time=now)
+    model = ModelFacts(name=name, token=token, title=title, step=step)
     inside: dict[str, bytes] = {"modelDescription.xml": description(some, model, fmi).encode()}
     for key in chosen:
         platform = PLATFORMS[key]
@@ -147,10 +145,15 @@ def _options(circuit: str, fmi: int, platforms: str | Sequence[str] | None) -> l
 
 
 def _compiled(part: parts.CompiledPart) -> str:
-    """The LLVM code of a part."""
+    """The LLVM code of a part; numba counts in its names of functions, which are replaced."""
     from harvester.mechanics.part.entry import entry
 
-    return str(entry(part.plan).inspect_llvm())
+    names: dict[str, str] = {}
+    return re.sub(
+        r"_ZN\w+",
+        lambda found: names.setdefault(found[0], f"part{len(names)}"),
+        str(entry(part.plan).inspect_llvm()),
+    )
 
 
 def _zipped(inside: dict[str, bytes]) -> bytes:

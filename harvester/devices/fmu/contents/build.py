@@ -1,6 +1,9 @@
 """Libraries of an FMU for several systems, linked on one machine by the C compiler of ziglang."""
 
+import hashlib
+import importlib.metadata
 import importlib.util
+import json
 import os
 import subprocess
 import sys
@@ -9,7 +12,7 @@ from pathlib import Path
 
 from harvester.devices.fmu.objects import Platform, emitted
 from harvester.errors import MissingProgramError, SimulationError
-from harvester.machine import folders
+from harvester.machine import files, folders
 
 SOURCES = Path(__file__).parents[1]
 LONGEST = 600.0  # s, for one library: the first one of a system builds that system's C library too
@@ -27,8 +30,28 @@ def check_compiler() -> None:
 def library(code: str, header: str, platform: Platform, fmi: int) -> bytes:
     """The library of the compiled part and of the interface FMI 2 or 3 for a platform.
 
-    Raises SimulationError if the compiler fails, with its first line.
+    It is kept in the cache.  Raises SimulationError if the compiler fails, with its first line.
     """
+    folder = folders.cache_folder()
+    if folder is None:
+        return _linked(code, header, platform, fmi)
+    kept = folder / "fmu" / f"{_key(code, header, platform, fmi)}.{platform.ending}"
+    if not kept.is_file():
+        kept.parent.mkdir(0o700, exist_ok=True)
+        files.write(kept, _linked(code, header, platform, fmi), "cache")
+    return kept.read_bytes()
+
+
+def _key(code: str, header: str, platform: Platform, fmi: int) -> str:
+    """A name for a library by all that it is made of."""
+    sources = [(SOURCES / name).read_text() for name in ("part.h", f"fmi{fmi}.c")]
+    compilers = [importlib.metadata.version(name) for name in ("ziglang", "llvmlite")]
+    made_of = json.dumps([code, header, platform.target, *sources, *compilers])
+    return hashlib.sha256(made_of.encode()).hexdigest()
+
+
+def _linked(code: str, header: str, platform: Platform, fmi: int) -> bytes:
+    """The same, made anew."""
     with tempfile.TemporaryDirectory(prefix="harvester-fmu-") as name:
         folder = Path(name)
         (folder / "model.h").write_text(header)

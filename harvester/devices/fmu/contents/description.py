@@ -49,21 +49,18 @@ TOOL = f"harvester {__version__}"
 
 
 class ModelFacts(NamedTuple):
-    """A model's name, its token, a title, its inner step (s) and the time at which it was made."""
+    """A model's name, its token, a title, and its inner step (s)."""
 
     name: str
     token: str
     title: str
     step: float
-    time: str
 
 
 def description(variables: list[Variable], model: ModelFacts, fmi: int) -> str:
     """The file modelDescription.xml of an FMU of version ``fmi``."""
     made = _of_3 if fmi == 3 else _of_2
-    root = made(variables, model)
-    root.set("generationDateAndTime", model.time)
-    return _text(root)
+    return _text(made(variables, model))
 
 
 def terminals(variables: list[Variable]) -> str:
