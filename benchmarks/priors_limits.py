@@ -288,7 +288,7 @@ def after_one(some: Sequence[Number]) -> Iterator[str]:
 
 
 def by_device() -> Iterator[str]:
-    """A row for each device, the unseen ones too: the origins of its numbers, and the median width of the fitted interval."""
+    """A row for each device: the origins of its numbers, and the median width of the fitted interval."""
     yield "| device | class | coupling | damping | numbers | median width |"
     yield "|---|---|---|---|---|---|"
     kept = {(row["device"], row["quantity"]): row for row in rows("predicted.csv")}

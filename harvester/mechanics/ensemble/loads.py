@@ -215,7 +215,7 @@ class WithCircuit(WithIdeal):
 
     def __init__(self, eqs: Equations, circuit: OwnCircuit) -> None:
         WithResistor.__init__(self, eqs)
-        self.own = circuit
+        self.kernels = circuit
         self.rows = circuit.rows
         self.sums = circuit.sums
 
@@ -226,7 +226,7 @@ class WithCircuit(WithIdeal):
 
     def begin(self, state: Floats) -> None:
         """As the circuit begins."""
-        self.own.begin(state)
+        self.kernels.begin(state)
 
     def advance(
         self,
@@ -238,17 +238,17 @@ class WithCircuit(WithIdeal):
         ngspice_rule: bool,
     ) -> None:
         """Advance a batch by the circuit's kernel."""
-        self.own.advance(batch, state, schedule, h, self.eqs, shaker)
+        self.kernels.advance(batch, state, schedule, h, self.eqs, shaker)
 
     def mid_drift(
         self, batch: Batch, state: Floats, out: Floats, h: float, shaker: Filter | None
     ) -> None:
         """As the circuit's kernel drifts."""
-        self.own.mid_drift(state, out, h, self.eqs, shaker)
+        self.kernels.mid_drift(state, out, h, self.eqs, shaker)
 
     def check(self, own_sums: Floats, state: Floats) -> None:
         """Raise CircuitError if too many circuit steps failed."""
-        self.own.check_sums(own_sums, state)
+        self.kernels.check_sums(own_sums, state)
 
 
 class ModesWithResistor(WithResistor):
@@ -347,12 +347,12 @@ class ModesWithCircuit(WithCircuit):
 
     def begin(self, state: Floats) -> None:
         """As the circuit begins; a ball is placed amid its box."""
-        self.own.begin(state)
-        self.motion.begin(state, self.own.rows)
+        self.kernels.begin(state)
+        self.motion.begin(state, self.kernels.rows)
 
     def boundary(self, states: Floats) -> Floats:
         """Those of the modes and the store."""
-        return self.motion.boundary(states, self.eqs, self.own.rows)
+        return self.motion.boundary(states, self.eqs, self.kernels.rows)
 
 
 def loaded(eqs: Equations, circuit: IdealCircuit | OwnCircuit | None) -> Loaded:

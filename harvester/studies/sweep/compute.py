@@ -165,8 +165,8 @@ class _Sweep:
 
     def is_missing(self, point: int, index: int) -> bool:
         """Whether an engine runs at a point, and has not yet."""
-        asked = self.names[index] != self.check or point in self.checked
-        return asked and not self.journal.has(point, index)
+        is_wanted = self.names[index] != self.check or point in self.checked
+        return is_wanted and not self.journal.has(point, index)
 
     @property
     def names(self) -> list[str]:

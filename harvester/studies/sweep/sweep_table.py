@@ -159,12 +159,12 @@ def _of_check(
     ]
     if not pairs:
         return
-    apart = [abs(mine.value - its.value) for mine, its in pairs]
+    differences = [abs(mine.value - its.value) for mine, its in pairs]
     beyond = sum(
         far > math.hypot(mine.known_error95, its.known_error95)
-        for far, (mine, its) in zip(apart, pairs, strict=True)
+        for far, (mine, its) in zip(differences, pairs, strict=True)
     )
-    largest = max(far / abs(its.value) for far, (_, its) in zip(apart, pairs, strict=True))
+    largest = max(far / abs(its.value) for far, (_, its) in zip(differences, pairs, strict=True))
     numbers: dict[str, Any] = {"engine": last, "count": len(pairs), "largest": largest}
     yield (
         warning("check_differs", check, beyond=beyond, **numbers)
