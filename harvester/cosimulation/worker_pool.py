@@ -125,7 +125,7 @@ def ahead(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Iterator[Future
 
 
 def _end_those_ahead() -> None:
-    """End the jobs that went `ahead`, for which nobody waits any more."""
+    """End the processes of `ahead`, as their jobs are no longer needed."""
     while workers_ahead:
         processes.kill(workers_ahead.popleft()[0])
 
