@@ -20,6 +20,7 @@ import harvester as hv
 
 WHITE = {"c1": -0.05, "beta": 0.05, "mu": 1.0, "D11": 0.01}
 BRIDGE = hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "20 nF"})
+EXAMPLES = Path(__file__).parent.parent / "examples"
 COUNT = 64
 
 
@@ -48,7 +49,7 @@ KINDS = {
     ),
     "ideal, bridge and stop": (
         hv.Ideal(within="1%", judged=False),
-        hv.load("examples/plate_with_stop.toml").with_load(BRIDGE),
+        hv.load(EXAMPLES / "plate_with_stop.toml").with_load(BRIDGE),
         "load.parameters.R",
         1e5,
         1e7,

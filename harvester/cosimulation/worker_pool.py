@@ -124,6 +124,15 @@ def ahead(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Iterator[Future
         raise
 
 
+def _end_those_ahead() -> None:
+    """End the processes of `ahead`, as their jobs are no longer needed."""
+    while workers_ahead:
+        processes.kill(workers_ahead.popleft()[0])
+
+
+processes.at_end(_end_those_ahead)
+
+
 def _wait_for_those_ahead() -> None:
     """Wait for the jobs that began `ahead`, after which their process is an idle one."""
     while workers_ahead:

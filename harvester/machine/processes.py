@@ -32,6 +32,8 @@ _STARTING = threading.RLock()
 SAFE = {"PYTHONSAFEPATH": "1"}
 # of the program that this one was forked from: never touched
 _OF_PARENT: list[loky.ProcessPoolExecutor] = []
+# what ends processes that nobody waits for, at the end of the program
+_AT_END: list[Callable[[], object]] = []
 # bytes by which a worker may grow: each combination of effects that it compiles takes some
 GROWTH = "2e9"
 
@@ -58,8 +60,32 @@ def idle_processes() -> deque[loky.ProcessPoolExecutor]:
         _OF_PARENT.extend(idle)
         idle.clear()
 
+    def end() -> None:
+        while idle:
+            kill(idle.pop())
+
     this_system.after_fork(forget)
+    at_end(end)
     return idle
+
+
+def at_end(function: Callable[[], object]) -> None:
+    """Call a function at the end of the program, before loky waits for its processes.
+
+    One that still loads its modules would end only after that.
+    """
+    _AT_END.append(function)
+
+
+@cache
+def _call_at_end() -> None:
+    """Have the functions of `at_end` called: the last to be registered is the first, and loky is before this."""
+
+    def call() -> None:
+        for function in _AT_END:
+            function()
+
+    threading._register_atexit(call)  # type: ignore[attr-defined]
 
 
 def create(
@@ -91,6 +117,7 @@ def submit_to_one(
         with _without_keyboard_interrupts():
             try:
                 future = process.submit(function, *arguments)
+                _call_at_end()
                 # Where this has started a new process, the thread that notices its end does not
                 # know it yet.
                 process._executor_manager_thread_wakeup.wakeup()

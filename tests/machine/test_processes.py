@@ -128,6 +128,28 @@ def test_a_process_that_dies_after_another_went_idle_is_noticed():
         future.result(30)
 
 
+SLOW_TO_END = """
+import atexit, time
+from harvester.machine import processes
+
+idle = processes.idle_processes()
+future, process = processes.submit_to_one(idle, processes.create, lambda: atexit.register(time.sleep, 60) and None, ())
+future.result(60)
+idle.append(process)
+print("done", flush=True)
+"""
+
+
+def test_a_program_waits_for_no_idle_process():
+    """A process that nobody needs any more is ended, however long its own end would take."""
+    line = [sys.executable, "-c", SLOW_TO_END]
+    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True) as program:
+        assert program.stdout.readline() == "done\n"
+        begin = time.monotonic()
+        assert program.wait(90) == 0
+    assert time.monotonic() - begin < 30.0
+
+
 TRACKER = """
 import os, signal, warnings
 from collections import deque

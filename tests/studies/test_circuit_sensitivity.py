@@ -1,5 +1,7 @@
 """Elasticities in the elements of a netlist: exact laws of a linear circuit, and which keys there are."""
 
+import math
+
 import pytest
 
 import harvester as hv
@@ -73,6 +75,25 @@ def _volts():
         "load.parameters.R1": 2,
         "load.parameters.Rload": 2,
     } | capacitances
+
+
+@pytest.mark.thorough("test_every_element_is_a_key")
+@pytest.mark.ngspice
+def test_a_bridge_has_the_elasticity_of_runs_on_other_noise(tmp_path):
+    """Two runs by `compiled`, each with its own noise, at a load a quarter larger and smaller."""
+    scene = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
+    found = hv.sensitivity(scene)
+    key = "load.parameters.Rload"
+    elasticity = found.elasticities[found.keys.index(key)]
+    value = found.values[found.keys.index(key)]
+    powers = [
+        hv.Compiled(within="1%", seed=seed).run(scene.varied({key: factor * value})).mean_power
+        for seed, factor in ((5, 0.8), (6, 1.25))
+    ]
+    secant = math.log(powers[1].value / powers[0].value) / math.log(1.25 / 0.8)
+    error = math.hypot(*(power.stderr / power.value for power in powers)) / math.log(1.25 / 0.8)
+    assert error < 0.03
+    assert abs(secant - elasticity.value) < 4.0 * math.hypot(error, elasticity.stderr) + 0.01
 
 
 def test_options_that_would_do_nothing_are_refused(tmp_path):
