@@ -171,7 +171,7 @@ def load_circuit(
         ground=board.ground,
         elements={keys.called(name): there[name.lower()].number or 0.0 for name in keys.elements},
         settings=settings_of(netlist),
-        value_warnings=unintended_values(body.elements, parts, capacitance)
+        value_warnings=unintended_values(netlist, body, parts, capacitance)
         if is_path(name)
         else (),
     )
