@@ -1,8 +1,10 @@
 """What all tests share: the command line as a fixture, and a guard that keeps the marker `ngspice` true."""
 
+import contextlib
 import gc
 import os
 import signal
+import sys
 from unittest import mock
 
 import pytest
@@ -10,6 +12,7 @@ import pytest
 import harvester as hv
 from harvester.machine.cores import ONE_THREAD
 from harvester.machine.imports import search_garbage_rarely
+from harvester.machine.processes import kill
 from tests.support.judge import asked
 
 os.environ.update(ONE_THREAD)  # as the program does, before NumPy is loaded
@@ -40,6 +43,25 @@ def pytest_collection_finish():
     gc.enable()
 
 
+@contextlib.contextmanager
+def without_workers():
+    """Keep the idle workers of tests with the marker, which have found ngspice, for those; a test's own end with it."""
+    name = "harvester.cosimulation.worker_pool"
+    kept = [*sys.modules[name].idle_workers] if name in sys.modules else []
+    if kept:
+        sys.modules[name].idle_workers.clear()
+    try:
+        yield
+    finally:
+        if name in sys.modules:
+            pool = sys.modules[name]
+            for process in (*pool.idle_workers, *(ahead for ahead, _ in pool.workers_ahead)):
+                kill(process)
+            pool.workers_ahead.clear()
+            pool.idle_workers.clear()
+            pool.idle_workers.extend(kept)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item):
     """Without the marker a test finds no ngspice: not here, not in fixtures of any scope, not in programs it starts."""
@@ -55,6 +77,7 @@ def pytest_runtest_protocol(item):
     with (
         mock.patch.dict(os.environ, {LIBRARY: NOWHERE}),
         mock.patch.object(hv.MissingProgramError, "__init__", noted),
+        without_workers(),
     ):
         return (yield)
 

@@ -38,8 +38,8 @@ resume_needs_out = cloup.constraint(
 @cloup.option_group(
     "Computation",
     engines_option(
-        "Repeatable.  Default: exact for a linear scene, spice and ideal for a netlist, otherwise all that "
-        "support SCENE (density under white noise only); with --within, see run."
+        "Repeatable; all: those that support SCENE.  Default: exact for a linear scene, spice and ideal for a netlist, "
+        "otherwise ensemble and the formulas, checked by density or spice at a few points; with --within, see run."
     ),
     cloup.option(
         "--common-noise",
@@ -73,26 +73,30 @@ def sweep(
     from harvester.studies.sweep.cluster import client_of
     from harvester.studies.sweep.compute import compute_table
     from harvester.studies.sweep.points import grid, read_axis, read_points
-    from harvester.studies.sweep.sweep import for_circuit
+    from harvester.studies.sweep.sweep import chosen
 
     scene = output.scene
     where = (
         read_points(points) if points is not None else grid([read_axis(text) for text in varied])
     )
     within = options["within"]
-    default = (
-        selection.default_engines(scene)
-        if within is None
-        else [selection.default_engine(scene, within=within)]
-    )
-    names, stand_ins = for_circuit(Problem.of(scene), engines or default)
+    if within is not None and not engines:
+        engines = (selection.default_engine(scene, within=within),)
+    which = chosen(Problem.of(scene), engines)
     budget = options["budget"]
     shorter = EFFORT if budget is None else ""
-    chosen = selection.engines(names, **options)
+    computing = selection.engines(which.engines, **options)
     with client_of(scheduler) as executor, RowsBar("sweep", shorter=shorter, warms_up=True) as bar:
         execution = output.execution(bar, workers=workers, executor=executor, resume=resume)
         table = compute_table(
-            scene, where, chosen, execution, budget, stand_ins, common_noise=common_noise
+            scene,
+            where,
+            computing,
+            execution,
+            budget,
+            which.stand_ins,
+            common_noise=common_noise,
+            check=which.check,
         )
     text = None
     if not output.as_json:

@@ -8,11 +8,10 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harvester import figures
 from harvester.answers.open_balance import open_balance
 from harvester.arrays import Floats
 from harvester.cosimulation.model_protocol import can_be_compiled, check_model
@@ -23,6 +22,7 @@ from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import read_probes
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.glossary import LEDGER
 from harvester.presentation.messages.unknown_parts import STEP_AND_TOLERANCE
@@ -31,6 +31,9 @@ from harvester.presentation.table import Column, Table
 from harvester.quantities.units import time
 from harvester.scene.load import Load
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 MOST_STEPS, MOST_READINGS = 100_000_000, 5_000_000
 COLUMNS = ("time", "voltage", "current", "load_power")  # columns of every answer
@@ -127,9 +130,9 @@ class Cosimulation(TableResult):
         """How many events it has."""
         return len(self.events)
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The path as a matplotlib figure."""
-        return figures.cosimulation(self.table, title)
+        return drawing.draw(self, title)
 
     @property
     def table(self) -> Table:
@@ -257,7 +260,17 @@ def cosimulate(
     find_library()
     whole = can_be_compiled(model) if compiled is None else compiled
     job = ModelJob(
-        model, start, load, port, h, steps, every, seed, (tolerance, volts), probes, whole
+        model=model,
+        start=start,
+        load=load,
+        port=port,
+        h=h,
+        steps=steps,
+        stride=every,
+        seed=seed,
+        tolerances=(tolerance, volts),
+        probes=probes,
+        compiled=whole,
     )
     try:
         run = next(map_in_workers(run_model, [(packed(job),)]))

@@ -122,7 +122,15 @@ def run_model(data: bytes) -> ModelRun:
     coupling = float(job.port.coupling or 0.0)
     volts = coupling if coil else coupling / piezo
     drive = ModelDrive(
-        start, coefficients, noise, job.h, job.stride, volts, coupling, coil, free=not exact
+        start=start,
+        coefficients=coefficients,
+        noise=noise,
+        h=job.h,
+        stride=job.stride,
+        volts=volts,
+        coupling=coupling,
+        coil=coil,
+        free=not exact,
     )
     begin_model(drive.state[0], job.start, drive.record.samples, _bound(job.model), None)
     begin = time.perf_counter()
@@ -154,13 +162,13 @@ def run_model(data: bytes) -> ModelRun:
     times = job.h * job.stride * np.arange(len(drive.record.samples))
     seen = [np.interp(times, drive.series["time"], values_of(probe, drive)) for probe in job.probes]
     return ModelRun(
-        drive.record.samples,
-        drive.record.events[: s.impacts].copy(),
-        np.array(seen, dtype=np.float64).reshape(len(seen), len(times)),
-        drive.ledger(piezo, exact),
-        int(s.accepted),
-        time.perf_counter() - middle,
-        middle - begin,
+        samples=drive.record.samples,
+        events=drive.record.events[: s.impacts].copy(),
+        probed=np.array(seen, dtype=np.float64).reshape(len(seen), len(times)),
+        ledger=drive.ledger(piezo, exact),
+        steps=int(s.accepted),
+        seconds=time.perf_counter() - middle,
+        compilation=middle - begin,
     )
 
 
@@ -178,7 +186,13 @@ def _deck(job: ModelJob, drive: ModelDrive) -> Any:
     vectors = vectors_of(job.probes)
     if isinstance(job.port, Coil):
         return coil_deck(
-            job.load, job.port.resistance, job.port.inductance, times, volts, tolerance, vectors
+            job.load,
+            job.port.resistance,
+            inductance=job.port.inductance,
+            times=times,
+            volts=volts,
+            reltol=tolerance,
+            probes=vectors,
         )
     s: Any = drive.state[0]
     begin = float(s.volts * s.driven), 0.0, 0.0

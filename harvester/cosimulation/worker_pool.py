@@ -2,7 +2,7 @@
 
 A process whose ngspice has failed is not trusted with another circuit: after a fatal error ngspice
 stays in pieces, after a hang it continues calculating.  It is killed, and the next job gets a new
-one.
+one.  So is a process that found no ngspice: it would not look in a place that is named later.
 """
 
 import os
@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 import loky
 
-from harvester.errors import CircuitError
+from harvester.errors import CircuitError, MissingProgramError
 from harvester.machine import folders, processes
 from harvester.machine.cores import cores
 
@@ -155,8 +155,9 @@ def _new() -> loky.ProcessPoolExecutor:
 
 
 def _free_or_kill(process: loky.ProcessPoolExecutor, error: BaseException | None) -> None:
-    """Keep the process of a job that ended for the next job; kill it after a failure of its ngspice."""
-    if isinstance(error, BrokenProcessPool | CircuitError) or len(idle_workers) >= worker_count():
+    """Keep the process of a job that ended for the next job; kill it after a failure of its ngspice, or without one."""
+    failed = isinstance(error, BrokenProcessPool | CircuitError | MissingProgramError)
+    if failed or len(idle_workers) >= worker_count():
         processes.kill(process)
     else:
         idle_workers.append(process)

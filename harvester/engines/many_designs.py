@@ -298,7 +298,7 @@ class _Sampler:
         diagnostics = [scene.exists.warning, accumulation(model.eqs), *self._of_target(index)]
         diagnostics.append(engine.remark(engine.MODEL_NOTE))
         if self.has_balance:
-            diagnostics += [warning("open_circuit")] if model.eqs.mu is None else []
+            diagnostics += [warning("open_circuit")] if model.eqs.load is None else []
             balance = [details[name] for name in BALANCE]
             dof = self.designs.count - 1.0
             diagnostics.append(open_balance(Value(balance[0], balance[1], balance[2], dof=dof)))

@@ -220,22 +220,36 @@ def default_sampler(scene: AnyScene) -> str:
 ENGINE_OF_CIRCUITS = Spice.NAME  # where circuits are compared
 
 
-def default_engines(scene: AnyScene) -> list[str]:
-    """The engines of a sweep: for a linear scene `Exact` alone, else theories next to simulations.
+ALL = "all"  # in place of engines: those that support the scene
+CHECKED = 0.05  # relative error of a check by ngspice
 
-    With a resistor that is all that support it, but for `Density` under coloured noise, if a point
-    takes it up to a minute.  No formula knows the circuit power: next to `Spice` stands the circuit
-    of ideal diodes and switches, `Ideal`, if there is one.
+
+def default_engines(scene: AnyScene) -> list[str]:
+    """The engines at every point of a sweep: the default, next to what costs little.
+
+    With a resistor these are formulas; for a linear scene `Exact` is alone.  No formula knows the
+    circuit power: next to `Spice` stands the circuit of ideal diodes and switches, `Ideal`, if
+    there is one.
     """
     problem = Problem.of(scene)
     default, all_of_them = default_engine(problem), serving(problem)
+    beside = {Ideal.NAME} if default == Spice.NAME else set()
     if default == Ensemble.NAME:
-        slow = {Density.NAME} if problem.equations.coloured else set()
-        return [name for name in all_of_them if name not in slow]
-    return [
-        *(name for name in (Ideal.NAME,) if default == Spice.NAME and name in all_of_them),
-        default,
-    ]
+        beside = {name for name in all_of_them if ENGINES[name].is_formula}
+    return [*(name for name in all_of_them if name in beside - {default}), default]
+
+
+def check_engine(scene: AnyScene) -> Engine | None:
+    """The engine that checks `Ensemble` at few points of a sweep; None for other defaults.
+
+    `Density` under white noise, which samples nothing, else ngspice to an error of `CHECKED`.
+    """
+    problem = Problem.of(scene)
+    if default_engine(problem) != Ensemble.NAME:
+        return None
+    if not problem.equations.coloured and Density.refusal(problem) is None:
+        return Density()
+    return Spice(within=CHECKED) if Spice.refusal(problem) is None else None
 
 
 def engine(which: Named, **options: Any) -> Engine:

@@ -109,6 +109,7 @@ def test_a_path_with_a_resistor_as_a_netlist():
     assert taken == pytest.approx((volts**2).mean() / circuit.resistance, rel=0.02)
 
 
+@pytest.mark.ngspice
 def test_probes_of_two_modes():
     """The probe of the load is the answer's power, and v(p) squared its mean square voltage, within their errors."""
     scene = BEAM.replace(mode=(SECOND,), load=hv.Load(netlist="bridge"))

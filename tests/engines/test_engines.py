@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.engines.selection import default_engine, default_engines
+from harvester.engines.selection import check_engine, default_engine, default_engines
 from harvester.engines.spice.setup import set_up
 from harvester.equations.bounds import check_bounded
 from harvester.equations.problem import Problem
@@ -353,13 +353,9 @@ def test_the_default_engine():
     assert default_engine(BRIDGE) == default_engine(BRIDGE, dt=1e-3) == "spice"
     assert default_engine(PLATE, within=0.01, dt=1e-3) == "cheapest"
     assert (default_engines(PLATE), default_engines(BRIDGE)) == (["exact"], ["ideal", "spice"])
-    assert default_engines(scene(PAPER)) == [
-        "published",
-        "averaged",
-        "density",
-        "ensemble",
-        "spice",
-    ]
+    assert default_engines(scene(PAPER)) == ["published", "averaged", "ensemble"]
+    assert check_engine(scene(PAPER)) == hv.Density()
+    assert check_engine(PLATE) is None
     chosen = hv.run(PLATE, within="1%")
     assert chosen.reason.startswith("engine 'exact' was chosen as the cheapest: its stated error, ")
     assert chosen.mean_power == hv.run(PLATE).mean_power

@@ -1,5 +1,7 @@
 """Many scenes side by side: each has the answer that it has alone."""
 
+import inspect
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ import harvester as hv
 from harvester.engines.many_designs import many_at_once
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
+from harvester.mechanics.kernels.coefficients import Coefficients, coefficients
 
 WHITE = {"c1": -0.05, "beta": 0.05, "mu": 1.0, "D11": 0.01}
 SCENES = {
@@ -16,6 +19,15 @@ SCENES = {
     "linear, open": {"c1": -0.1, "D11": 0.01},
     "parametric": WHITE | {"D22": 0.01, "eps2": 0.5},
     "gap": WHITE | {"restitution": 0.8, "gap": 0.1},
+    "two stops": WHITE
+    | {"restitution": 0.9, "gap": 0.2, "opposite_restitution": 0.8, "opposite_gap": 0.3},
+    "compliant stop": WHITE | {"stop_stiffness": 20.0, "stop_damping": 0.5, "gap": 0.1},
+    "two wells": WHITE | {"linear": -1.0, "alpha": 1.0, "D11": 0.5},
+    "skewed spring": WHITE | {"alpha": 0.5, "alpha2": 0.2, "D11": 0.1},
+    "friction": WHITE | {"c2": -0.1, "c3": 0.05, "cv": 0.05},
+    "correlated noise": WHITE | {"D22": 0.01, "D12": 0.005},
+    "ceramic": WHITE | {"softening": 0.2, "alpha": 0.5, "loss_tangent": 0.1},
+    "growing coefficients": WHITE | {"inertia": 0.3, "gamma": 0.2},
 }
 
 
@@ -46,6 +58,20 @@ def test_as_alone(name):
     """The burn-in, the steps that a target asks for, and the errors are those of the scene alone."""
     scenes = [scene(**SCENES[name] | {"c1": c1}) for c1 in (-0.04, -0.1, -0.3)]
     same_as_alone(hv.Ensemble(within="2%"), scenes, [3, 4, 5])
+
+
+def test_every_coefficient_is_in_a_scene():
+    """A coefficient that the kernels gain is in one of `SCENES`, which `test_as_alone` compares."""
+    known = [coefficients(Problem(scene(**table)).equations) for table in SCENES.values()]
+    names = inspect.signature(Coefficients).parameters
+    missing = [name for name in names if all(getattr(one, name) is None for one in known)]
+    assert not missing
+    assert {"dielectric_loss"} <= {
+        name for table in SCENES.values() for name in Problem(scene(**table)).effects
+    }
+    assert all(
+        many_at_once(hv.Ensemble(), Problem(scene(**table))) > 1 for table in SCENES.values()
+    )
 
 
 def test_unlike_scenes_in_one_call():

@@ -83,7 +83,17 @@ def sampled_estimate(
         setup.seconds + runs.seconds,
         sum(run.steps for run in (*runs.done, *runs.coarse)),
     )
-    answer = estimate(name, problem, v2, power, diagnostics, seconds, steps, details, moments.V2)
+    answer = estimate(
+        name,
+        problem,
+        v2=v2,
+        power=power,
+        diagnostics=diagnostics,
+        seconds=seconds,
+        steps=steps,
+        details=details,
+        samples=moments.V2,
+    )
     return with_sampled_probes(answer, problem, watch, runs) if watch.all else answer
 
 
@@ -129,7 +139,16 @@ def steady_estimate(
     power = power.scaled(1.0 / problem.scales.watts)
     seconds = seconds - steady.warm_up_seconds
     steps = sum(response.steps for response in everything)
-    return estimate(name, problem, v2, power, diagnostics, seconds, steps, details)
+    return estimate(
+        name,
+        problem,
+        v2=v2,
+        power=power,
+        diagnostics=diagnostics,
+        seconds=seconds,
+        steps=steps,
+        details=details,
+    )
 
 
 def missed(within: float, power: Value) -> Diagnostic | None:

@@ -15,7 +15,6 @@ import math
 import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -36,6 +35,7 @@ from harvester.mechanics.ensemble.burn_in import (
 )
 from harvester.mechanics.ensemble.trajectories import each, start_of, stride_of
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary
+from harvester.mechanics.kernels.coefficients import Coefficients
 from harvester.mechanics.kernels.control_variates import MARTINGALES, boundary
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import update_of
@@ -119,8 +119,8 @@ class Designs:
         self._unit = np.array(
             [1.0 if self.is_circuit else loss_unit(part) for part in self.coefficients]
         )
-        self._mu = _column(eqs, "mu")
-        self._fields = {name: _column(eqs, name) for name in ("linear", "alpha2", "alpha", "beta")}
+        self._load = np.array([part.load or 0.0 for part in eqs])
+        self._columns = [_column(values) for values in zip(*self.coefficients, strict=True)]
 
     def run_burn_in(self, which: Indices) -> None:
         """Run scenes from rest until their start is forgotten, at a step that is short enough."""
@@ -194,13 +194,12 @@ class Designs:
         self, which: Indices, level: int, samples: Floats | NDArray[np.int_], elapsed: Floats
     ) -> Moments:
         sums = self._sums[level, which].reshape(-1, self._sums.shape[-2], BATCH)
-        mu = None if self.is_circuit or self._mu is None else np.repeat(self._mu[which], self.count)
         moments = from_sums(
             sums,
             np.repeat(samples, self.count),
             np.repeat(elapsed, self.count),
             np.repeat(self._unit[which], self.count),
-            mu,
+            np.repeat(self._load[which], self.count),
         )
         return Moments(
             **{
@@ -359,12 +358,11 @@ class Designs:
     def _boundary(self, which: Indices, some: slice = slice(None)) -> Floats:
         """The functions whose change is a control, now: shape (levels, scenes, count, rows)."""
         states = np.moveaxis(_by_lane(self._state[some, which]), -1, 0)
-        fields = {
-            name: None if column is None else column[which][:, None]
-            for name, column in self._fields.items()
-        }
-        known: Any = SimpleNamespace(**fields)
+        columns: list[Any] = [
+            None if column is None else column[which][:, None] for column in self._columns
+        ]
         of_states = circuit_boundary if self.is_circuit else boundary
+        known: Any = Coefficients._make(columns)
         functions = of_states(states, known)
         return np.moveaxis(functions, 0, -1)
 
@@ -372,9 +370,8 @@ class Designs:
 _WATCHED = ("x2", "v2", "V2", "load")
 
 
-def _column(eqs: Sequence[Equations], name: str) -> Floats | None:
+def _column(values: Sequence[Any]) -> Floats | None:
     """A coefficient of all scenes, shape (n,); None if it is absent."""
-    values = [getattr(part, name) for part in eqs]
     return None if values[0] is None else np.array(values)
 
 

@@ -12,15 +12,16 @@ from array import array
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from harvester import figures
 from harvester.engines.protocol import Engine
 from harvester.errors import HarvesterError, InputError, named_once
 from harvester.machine import files
 from harvester.machine.cores import cores
 from harvester.machine.execution import DEFAULT, Execution
+from harvester.presentation import drawing
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import OutputFolder, provenance_with_engines
@@ -35,6 +36,7 @@ from harvester.studies.sweep.tasks import Task, tasks
 
 SAVED = 60.0  # seconds between two times that sweep.csv is written on the way
 SHARE = 0.02  # of the time that this may take
+CHECKS = 3  # points at most of an engine that checks another
 MOST_BYTES = 1_000_000_000  # of a file of an earlier sweep
 
 
@@ -46,6 +48,7 @@ def compute_table(
     budget: float | None = None,
     in_place_of: Mapping[str, Sequence[str]] = types.MappingProxyType({}),
     common_noise: bool = False,
+    check: str | None = None,
 ) -> SweepTable:
     """Run every engine at every point; write sweep.csv, sweep.nc, sweep.png and provenance.json if there is `out`.
 
@@ -54,7 +57,9 @@ def compute_table(
     its error.  Whoever computes, the answers are the same, but for their seconds, and for what a
     budget makes of these.  The progress is reported the rows of each engine.  A ``budget`` (s) is
     that of all rows together; ``in_place_of``: for which formulas an engine stands.  Each point has
-    independent noise, or with ``common_noise`` all have that of the engine's seed.
+    independent noise, or with ``common_noise`` all have that of the engine's seed.  The engine
+    named ``check`` runs at few points only: a third of them, at most `CHECKS`, and one if it is
+    ngspice.
 
     Raises InputError for a point that no scene can be, before anything is computed, an option that
     no engine takes, a folder that cannot be written, or an earlier sweep that was another one;
@@ -74,20 +79,22 @@ def compute_table(
         noise=_noise(engines, common_noise),
     )
     about |= {"in_place_of": in_place_of} if in_place_of else {}
+    about |= {"check": check} if check else {}
     folder = OutputFolder.of(execution)
     with (
         contextlib.closing(execution.progress),
         contextlib.closing(Journal(None if folder is None else folder.path)) as journal,
     ):
-        sweep = _Sweep(points, engines, about, journal, folder, execution)
+        sweep = _Sweep(points, engines, about, journal, folder, execution, check)
         sweep.begin()
         todo = tasks(
             scene,
             points,
             engines,
-            lambda point, engine_index: not journal.has(point, engine_index),
+            sweep.is_missing,
             common_noise=common_noise,
             alone=budget is not None,
+            check=check,
         )
         try:
             return sweep.finished(
@@ -96,7 +103,7 @@ def compute_table(
         except KeyboardInterrupt:
             if folder is None:
                 raise
-            raise journal.interrupted(f"{len(points) * len(names)} rows") from None
+            raise journal.interrupted(f"{sum(map(sweep.count, range(len(names))))} rows") from None
 
 
 def _answers(todo: Iterator[Task], execution: Execution, budget: float | None, rows: int) -> Done:
@@ -131,7 +138,7 @@ def _noise(engines: Sequence[Engine], common_noise: bool) -> str:
 def _preload_figures() -> None:
     """Load the modules that draw and write the finished table: half a second, in which the workers compute."""
     importlib.import_module("scipy.io")
-    _ = figures.sweep
+    drawing.drawing_of(SweepTable)
 
 
 @dataclass(frozen=True)
@@ -144,6 +151,22 @@ class _Sweep:
     journal: Journal
     folder: OutputFolder | None
     execution: Execution
+    check: str | None
+
+    @cached_property
+    def checked(self) -> frozenset[int]:
+        """The points of the engine that checks."""
+        ngspice = any(e.runs_ngspice for e in self.engines if self.check == e.NAME)
+        return self.points.spread(1 if ngspice else min(max(len(self.points) // 3, 1), CHECKS))
+
+    def count(self, index: int) -> int:
+        """At how many points an engine runs."""
+        return len(self.checked if self.names[index] == self.check else self.points)
+
+    def is_missing(self, point: int, index: int) -> bool:
+        """Whether an engine runs at a point, and has not yet."""
+        is_wanted = self.names[index] != self.check or point in self.checked
+        return is_wanted and not self.journal.has(point, index)
 
     @property
     def names(self) -> list[str]:
@@ -155,9 +178,7 @@ class _Sweep:
         """How many rows of engines that sample are to come."""
         sampling = [index for index, engine in enumerate(self.engines) if not engine.is_formula]
         return sum(
-            not self.journal.has(point, index)
-            for index in sampling
-            for point in range(len(self.points))
+            self.is_missing(point, index) for index in sampling for point in range(len(self.points))
         )
 
     @property
@@ -180,7 +201,7 @@ class _Sweep:
                 files.remove(self.folder.path / name)
         done = Counter(row.engine_index for row in kept)
         for index, name in enumerate(self.names):
-            self.execution.progress.start(len(self.points), name, done[index])
+            self.execution.progress.start(self.count(index), name, done[index])
 
     def fill(self, done: Done) -> HarvesterError | None:
         """Write the answers into the journal as they come; returns the last error of a point."""

@@ -133,6 +133,11 @@ class Points:
         """The keys and their values at a point."""
         return dict(zip(self.keys, self.values(point), strict=True))
 
+    def spread(self, count: int) -> frozenset[int]:
+        """So many points, evenly among the others."""
+        inner = np.linspace(0.0, len(self) - 1.0, count + 2)[1:-1]
+        return frozenset(map(int, np.round(inner)))
+
     def check(self, scene: Scene) -> None:
         """Raise InputError if the scene cannot be made at one of the points."""
         for point in range(len(self)):

@@ -1,12 +1,12 @@
 """The public function of a sweep: from keys and values, as a user writes them, to the points that are computed."""
 
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from harvester.engines.compiled import Compiled
 from harvester.engines.ideal import Ideal
 from harvester.engines.protocol import AnyScene, Engine
-from harvester.engines.selection import Named, default_engines
+from harvester.engines.selection import ALL, Named, check_engine, default_engines, serving
 from harvester.engines.selection import engines as engines_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
@@ -24,7 +24,7 @@ def sweep(
     scene: AnyScene,
     *,
     vary: Mapping[str, Values] | Points | Sequence[Axis],
-    engines: Sequence[Named] | None = None,
+    engines: Sequence[Named] | str | None = None,
     execution: Execution = DEFAULT,
     common_noise: bool = False,
 ) -> SweepTable:
@@ -39,9 +39,10 @@ def sweep(
         their unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line, such as
         "1k:10M:25", whose values each are the same multiple of the one before.
     engines
-        engines or their names; by default `Exact` for a linear scene, for a netlist `Spice` next to
-        `Ideal`, else all that support it, `Density` under white noise only.  For a netlist `Ideal`,
-        else `Compiled`, is computed in place of formulas.
+        engines or their names; "all" for those that support the scene.  By default `Exact` for a
+        linear scene, for a netlist `Spice` next to `Ideal`, else `Ensemble` next to the formulas,
+        which `Density`, or `Spice` to 5 %, checks at a third of the points, at most three.  For a
+        netlist `Ideal`, else `Compiled`, is computed in place of formulas.
     execution
         who computes, how progress is shown, and the folder for sweep.csv, sweep.nc, sweep.png and
         provenance.json; without a folder nothing is left on the disk.
@@ -77,18 +78,36 @@ def sweep(
         )
     axes = [axis_of(key, some) for key, some in vary.items()] if isinstance(vary, Mapping) else vary
     problem = Problem.of(scene)
-    named, stand_ins = for_circuit(
-        problem, default_engines(problem) if engines is None else engines
-    )
+    which = chosen(problem, engines)
     points = axes if isinstance(axes, Points) else grid(axes)
     return compute_table(
         problem.scene,
         points,
-        engines_of(named),
+        engines_of(which.engines),
         execution,
-        in_place_of=stand_ins,
+        in_place_of=which.stand_ins,
         common_noise=common_noise,
+        check=which.check,
     )
+
+
+class SweepEngines(NamedTuple):
+    """The engines of a sweep, the formulas that each stands for, and which one checks the others at few points."""
+
+    engines: Sequence[Named]
+    stand_ins: dict[str, list[str]]
+    check: str | None
+
+
+def chosen(problem: Problem, which: Sequence[Named] | None) -> SweepEngines:
+    """The engines that are asked for, all that serve for `ALL`, or those of a sweep where none are."""
+    if which:
+        everybody = which == ALL or list(which) == [ALL]
+        return SweepEngines(*for_circuit(problem, serving(problem) if everybody else which), None)
+    check = check_engine(problem)
+    named, stand_ins = for_circuit(problem, default_engines(problem))
+    checks = [] if check is None else [check]
+    return SweepEngines([*named, *checks], stand_ins, None if check is None else check.NAME)
 
 
 def for_circuit(

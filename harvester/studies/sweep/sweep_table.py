@@ -1,12 +1,13 @@
 """The table that a sweep makes: rows of values with all their errors, as labelled data, a text and a figure."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from harvester import figures
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.glossary import term
 from harvester.presentation.result import TableResult
@@ -18,6 +19,8 @@ from harvester.studies.sweep.rows import QUANTITIES, SweepRow, columns_of, power
 
 if TYPE_CHECKING:
     import xarray
+
+    from harvester.presentation.plot import Plot
 
 
 class SweepTable(TableResult):
@@ -109,8 +112,10 @@ class SweepTable(TableResult):
             note("stands_for_formulas", name, formulas=" and ".join(those))
             for name, those in in_place
         ]
+        check = self.about.get("check", "")
         return (
             *stand_ins,
+            *_of_check(check, self.of(check), self.rows),
             *(remark for name in self.engines for remark in _remarks(name, self.of(name))),
         )
 
@@ -133,12 +138,39 @@ class SweepTable(TableResult):
 
         return dataset(self)
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """Mean power against the key of the most values, ``title`` (empty: the scene's; None: none) above."""
         scene = self.about.get("scene", {})
         if title == "" and scene:
             title = scene.get("title") or Scene(**scene).name
-        return figures.sweep(self, title)
+        return drawing.draw(self, title)
+
+
+def _of_check(
+    check: str, checked: Sequence[SweepRow], rows: Sequence[SweepRow]
+) -> Iterator[Diagnostic]:
+    """How far the engine that a check is for is from it, at the points of the check."""
+    last = next((row.engine for row in reversed(rows) if row.engine != check), "")
+    there = {tuple(row.varied.values()): row for row in rows if row.engine == last}
+    pairs = [
+        (row.mean_power, other.mean_power)
+        for row in checked
+        if row.mean_power and (other := there.get(tuple(row.varied.values()))) and other.mean_power
+    ]
+    if not pairs:
+        return
+    differences = [abs(mine.value - its.value) for mine, its in pairs]
+    beyond = sum(
+        far > math.hypot(mine.known_error95, its.known_error95)
+        for far, (mine, its) in zip(differences, pairs, strict=True)
+    )
+    largest = max(far / abs(its.value) for far, (_, its) in zip(differences, pairs, strict=True))
+    numbers: dict[str, Any] = {"engine": last, "count": len(pairs), "largest": largest}
+    yield (
+        warning("check_differs", check, beyond=beyond, **numbers)
+        if beyond
+        else note("check_agrees", check, **numbers)
+    )
 
 
 def _remarks(engine: str, rows: Sequence[SweepRow]) -> Iterator[Diagnostic]:

@@ -85,16 +85,21 @@ def tasks(
     is_missing: Callable[[int, int], bool],
     common_noise: bool = True,
     alone: bool = False,
+    check: str | None = None,
 ) -> Iterator[Task]:
     """The tasks of a sweep, made one by one; ``is_missing(point, index)`` says what is not done yet.
 
     A batch is always the same points, also if some of them are done: an answer's last digits
     depend on the batch.  Without ``common_noise`` each point has noise of its own; ``alone``:
-    engines that sample compute one point at a time, as each has its share of a budget.
+    engines that sample compute one point at a time, as each has its share of a budget, and so does
+    the engine named ``check``, which has few of the points.
     """
     for begin in range(0, len(points), BATCH):
         batch = range(begin, min(begin + BATCH, len(points)))
-        sizes = [_at_once(engine, scene, points, begin, alone) for engine in engines]
+        sizes = [
+            (1, False) if check == e.NAME else _at_once(e, scene, points, begin, alone)
+            for e in engines
+        ]
         for size, continues in sorted(set(sizes), reverse=True):
             for numbers in (batch[first : first + size] for first in range(0, len(batch), size)):
                 for index in (k for k, how in enumerate(sizes) if how == (size, continues)):
