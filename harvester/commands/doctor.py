@@ -106,7 +106,7 @@ def examine_netlist(file: str) -> Iterator[str]:
 
 
 def _elements_of(file: str) -> "Sequence[CircuitPart]":
-    """The elements of a netlist's subcircuit, or of a flat one, whose terminals need not be known."""
+    """Elements of the load subcircuit, or of a flat netlist, whose terminals need not be known."""
     from harvester.netlists.circuit_keys import CircuitKeys
     from harvester.netlists.flat import LOAD, Board, net_of
     from harvester.netlists.load_circuit import load_circuit, netlist_folder

@@ -32,14 +32,14 @@ _DEVICES = "qmj"  # letters of elements with current in every node
 _INSIDE = re.compile(r"(\d+\.?\d*|\.\d+)(meg|[tgkmunpfrv])(\d+)([a-z]*)", re.IGNORECASE)
 _MEGA = re.compile(r"(\d+\.?\d*|\.\d+)M(?!eg|EG|il|IL)(ohm)?s?", re.ASCII)
 _FARAD = re.compile(r"(\d+\.?\d*|\.\d+)F(arad)?s?")
-_POINTS = "rv"  # units that stand for the point
+_POINTS = "rv"  # units in place of the point
 _POWERS = SUFFIXES | dict.fromkeys(_POINTS, 0)
 
 
 def unintended_values(
     netlist: ParsedNetlist, load: Body, parts: Sequence[CircuitPart], capacitance: float | None
 ) -> tuple[Diagnostic, ...]:
-    """Warnings of the texts of a netlist's own lines, then of the values of its elements.
+    """Warnings of texts in a netlist's file, then of element values.
 
     ``load`` is the body of the load circuit and ``capacitance`` (F) the piezo's. Libraries are
     others', so that only lines of the netlist's file count.
@@ -55,7 +55,7 @@ def unintended_values(
 
 
 def _of_texts(netlist: ParsedNetlist, load: Body) -> dict[str, Diagnostic]:
-    """Warnings of texts by the elements of the load circuit, or by the lines of others and of parameters."""
+    """Warnings of texts, by load elements or by lines of subcircuits and parameters."""
     warnings: dict[str, Diagnostic] = {}
     for element in load.elements:
         for remark in _of_text(element):
