@@ -121,7 +121,7 @@ def _of_pairs(line: Line) -> Iterator[Diagnostic]:
 
 
 def _digits_inside(text: str) -> dict[str, Number] | None:
-    """The numbers of a text such as ``4k7``, whose 7 SPICE takes for a unit; None of another."""
+    """The numbers of a text such as ``4k7``, whose 7 SPICE reads as a unit; None of another."""
     value = plain_number(text)
     match = _INSIDE.fullmatch(text)
     if value is None or match is None or not match[3].strip("0"):
