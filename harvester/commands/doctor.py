@@ -1,8 +1,9 @@
 """The command `harvester doctor`."""
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import cloup
 
@@ -10,6 +11,9 @@ from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_json
 from harvester.commands.options import json_option
 from harvester.errors import CircuitError, InputError, MissingProgramError, shown
+
+if TYPE_CHECKING:
+    from harvester.netlists.part import CircuitPart
 
 OPTIONAL = {  # package: the extra that brings it, and what uses it
     "panel": ("explore", "'harvester explore'"),
@@ -80,19 +84,18 @@ def examine_netlist(file: str) -> Iterator[str]:
     from harvester.circuits.solvability import check_parts, check_size, unserved_parts
     from harvester.netlists.load_circuit import load_circuit
     from harvester.netlists.part import by_name
-    from harvester.scene.load import Load, is_path
+    from harvester.scene.load import is_path
     from harvester.scene.toml import load as load_scene
 
-    load = (
-        Load(netlist=file if "/" in file else f"./{file}")
-        if is_path(file) and not file.endswith(".toml")
-        else load_scene(file).load
-    )
-    if load is None or load.netlist is None:
-        raise InputError(
-            f"`file` must be a netlist, FILE.cir, or a scene with one, but {shown(file)} has none"
-        )
-    parts = by_name(load_circuit(load, CAPACITANCE).parts)
+    if is_path(file) and not file.endswith(".toml"):
+        parts = by_name(_elements_of(file))
+    else:
+        load = load_scene(file).load
+        if load is None or load.netlist is None:
+            raise InputError(
+                f"`file` must be a netlist, FILE.cir, or a scene with one, but {shown(file)} has none"
+            )
+        parts = by_name(load_circuit(load, CAPACITANCE).parts)
     served = 0
     for name, why in unserved_parts(parts):
         served += not why
@@ -100,6 +103,33 @@ def examine_netlist(file: str) -> Iterator[str]:
     check_parts(parts.values())
     check_size(parts.values())
     yield f"engine 'compiled' supports {served} of {len(parts)} elements; engine 'spice' supports all"
+
+
+def _elements_of(file: str) -> "Sequence[CircuitPart]":
+    """Elements of the load subcircuit, or of a flat netlist, whose terminals need not be known."""
+    from harvester.netlists.circuit_keys import CircuitKeys
+    from harvester.netlists.flat import LOAD, Board, net_of
+    from harvester.netlists.load_circuit import load_circuit, netlist_folder
+    from harvester.netlists.netlist import read_netlist
+    from harvester.netlists.read_lines import split_path
+    from harvester.netlists.written_out import written_out
+    from harvester.scene.load import Load
+
+    here = file if "/" in file else f"./{file}"
+    path, root = split_path(here)
+    netlist = read_netlist(path, netlist_folder() / "parts", board=True, root=root)
+    outside = netlist.outside
+    is_load = (
+        element.name.lower() == LOAD
+        for body in netlist.subcircuits.values()
+        for element in body.elements
+    )
+    if any(is_load) or not outside.elements:
+        return load_circuit(Load(netlist=here), CAPACITANCE).parts
+    nets = {net_of(node) for element in outside.elements for node in element.nodes}
+    board = Board({net: net for net in (*nets, *netlist.settings.everywhere)})
+    keys = CircuitKeys(outside, board)
+    return written_out(netlist, outside, board.nodes, board.ground, *keys.split({}))
 
 
 def _ngspice() -> Iterator[Requirement]:

@@ -29,6 +29,7 @@ from harvester.netlists.written_out import initial_of, settings_of, written_out
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.load import Load, is_path
 
+ROOM = 27.0  # degrees Celsius, of ngspice
 _SOME_CAPACITANCE = 1e-8  # F, of a piezo that is not known yet
 
 
@@ -172,7 +173,7 @@ def load_circuit(
         ground=board.ground,
         elements={keys.called(name): there[name.lower()].number or 0.0 for name in keys.elements},
         settings=settings_of(netlist),
-        value_warnings=unintended_values(body.elements, parts, capacitance)
+        value_warnings=unintended_values(netlist, body, parts, capacitance)
         if is_path(name)
         else (),
     )
@@ -239,7 +240,7 @@ def effective_value(part: CircuitPart) -> float | None:
     It is None for an element whose model or own temperature decides.
     """
     decided_elsewhere = {"temp", "dtemp"} & part.options.keys() or (
-        part.model is not None and part.model.values.get("tnom")
+        part.model is not None and part.model.value("tnom", "tref", default=ROOM) != ROOM
     )
     if part.number is None or part.form or decided_elsewhere:
         return None

@@ -47,6 +47,7 @@ class Body:
     cards: dict[str, Line] = field(default_factory=dict)  # of models, by name
     parameters: dict[str, Node] = field(default_factory=dict)
     functions: dict[str, tuple[tuple[str, ...], str]] = field(default_factory=dict)
+    parameter_lines: list[Line] = field(default_factory=list)
     known: Set[str] = frozenset()  # names of all models that its elements may name
     trouble: InputError | None = None  # of the first of its lines that cannot be read
 
@@ -87,6 +88,7 @@ class Body:
                 raise invalid(where, "have a name that no other model has", name)
             self.cards[name] = line
         elif line.word in PARAMETERS:
+            self.parameter_lines.append(line)
             for name, tree in assignments(line.text.lower()[len(line.word) :], where).items():
                 if name in self.parameters:
                     raise invalid(where, f"set {name} once, of which ngspice uses the last", name)

@@ -7,43 +7,46 @@ Source: ngspice manual, section 2.1.3 (scale factors); LTspice 24's help, "Gener
 Conventions".
 """
 
+import contextlib
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
+from harvester.errors import InputError
 from harvester.netlists.element_lines import Element
 from harvester.netlists.expression import SUFFIXES, plain_number
+from harvester.netlists.netlist import Body, ParsedNetlist
 from harvester.netlists.part import PIEZO, CircuitPart
+from harvester.netlists.read_lines import Line
 from harvester.netlists.words import tokens_of
 from harvester.presentation.diagnostic import Diagnostic, Number, warning
 
 # From the least to the most of resistances (ohm), capacitances (F) and inductances (H) on boards.
 TYPICAL = {"r": (1e-4, 1e14), "c": (1e-15, 1e4), "l": (1e-10, 1e5)}
-UNITS = {"r": "ohm", "c": "F", "l": "H"}
+UNITS = {"r": "ohm", "c": "F", "l": "H", "v": "V", "i": "A"}
 LEAST_LOAD = 0.01  # ohm
 LEAST_STORE = 1e-12  # F
 SMALL = 1.0  # ohm, below which a resistance with a capital M was meant in megohm
 SAME = 1.5  # times the piezo's capacitance, and a part of it: a capacitor across it may be its own
 _DEVICES = "qmj"  # letters of elements with current in every node
-_INSIDE = re.compile(r"(\d+\.?\d*|\.\d+)(meg|[tgkmunpfr])(\d+)([a-z]*)", re.IGNORECASE)
+_INSIDE = re.compile(r"(\d+\.?\d*|\.\d+)(meg|[tgkmunpfrv])(\d+)([a-z]*)", re.IGNORECASE)
 _MEGA = re.compile(r"(\d+\.?\d*|\.\d+)M(?!eg|EG|il|IL)(ohm)?s?", re.ASCII)
 _FARAD = re.compile(r"(\d+\.?\d*|\.\d+)F(arad)?s?")
-_POWERS = SUFFIXES | {"r": 0}
+_POINTS = "rv"  # units in place of the point
+_POWERS = SUFFIXES | dict.fromkeys(_POINTS, 0)
 
 
 def unintended_values(
-    elements: Iterable[Element], parts: Sequence[CircuitPart], capacitance: float | None
+    netlist: ParsedNetlist, load: Body, parts: Sequence[CircuitPart], capacitance: float | None
 ) -> tuple[Diagnostic, ...]:
-    """Warnings of the texts of a load circuit's lines, then of the values of its elements.
+    """Warnings of texts in a netlist's file, then of element values.
 
-    ``capacitance`` (F) is the piezo's.
+    ``load`` is the body of the load circuit and ``capacitance`` (F) the piezo's. Libraries are
+    others', so that only lines of the netlist's file count.
     """
-    warnings: dict[str, Diagnostic] = {}
-    names: dict[str, str] = {}  # as they are written
-    for element in elements:
-        names[element.name.lower()] = element.line.text.split(maxsplit=1)[0]
-        for remark in _of_text(element):
-            warnings.setdefault(element.name.lower(), remark)
+    warnings = _of_texts(netlist, load)
+    # as they are written
+    names = {element.name.lower(): _first_word(element.line) for element in load.elements}
     for part in parts:
         odd = _of_value(part, names.get(part.name, part.name), capacitance)
         if part.name not in warnings and odd is not None:
@@ -51,27 +54,83 @@ def unintended_values(
     return (*warnings.values(), *_antiparallel(parts), *_without_return(parts, names))
 
 
+def _of_texts(netlist: ParsedNetlist, load: Body) -> dict[str, Diagnostic]:
+    """Warnings of texts, by load elements or by lines of subcircuits and parameters."""
+    warnings: dict[str, Diagnostic] = {}
+    for element in load.elements:
+        for remark in _of_text(element):
+            warnings.setdefault(element.name.lower(), remark)
+    inside = [body for body in netlist.subcircuits.values() if _is_own(netlist, body.line)]
+    for body in inside:
+        if body is load:
+            continue
+        with contextlib.suppress(InputError):  # of a subcircuit that nobody calls
+            for element in body.elements:
+                for remark in _of_text(element):
+                    warnings.setdefault(element.line.where, remark)
+    for body in (netlist.outside, *inside):
+        for line in (body.line, *body.parameter_lines):
+            if _is_own(netlist, line):
+                warnings |= {f"{line.where}{remark}": remark for remark in _of_pairs(line)}
+    return warnings
+
+
+def _is_own(netlist: ParsedNetlist, line: Line) -> bool:
+    """Whether a line is in the file of the netlist itself."""
+    return line.where.startswith(f"{netlist.file} ")
+
+
+def _first_word(line: Line) -> str:
+    return line.text.split(maxsplit=1)[0]
+
+
 def _of_text(element: Element) -> Iterator[Diagnostic]:
     """Warnings of numbers that other programs read differently, or whose unit is a scale factor."""
     kind = element.kind
+    if kind == "x":
+        yield from _of_pairs(element.line)
     if kind not in UNITS:
         return
-    named = {"element": element.line.text.split(maxsplit=1)[0], "line": element.line.where}
+    named = {"element": _first_word(element.line), "line": element.line.where, "unit": UNITS[kind]}
     for text in tokens_of(element.line.text)[1 + len(element.nodes) :]:
+        if (digits := _digits_inside(text)) is not None:
+            yield warning("digits_behind_suffix", **named, **digits)
+            continue
         value = plain_number(text)
         if value is None:
             continue
-        numbers: dict[str, Number] = {**named, "text": text, "value": value, "unit": UNITS[kind]}
-        if (match := _INSIDE.fullmatch(text)) is not None and match[3].strip("0"):
-            power = _POWERS[match[2].lower()]
-            meant = f"{match[1].rstrip('.')}.{match[3]}" if "." not in match[1] else match[1]
-            suffix = "" if match[2].lower() == "r" else match[2]
-            other = float(f"{meant}e{power}")
-            yield warning("digits_behind_suffix", **numbers, other=other, write=f"{meant}{suffix}")
-        elif kind == "r" and (match := _MEGA.fullmatch(text)) is not None and value < SMALL:
+        numbers: dict[str, Number] = {**named, "text": text, "value": value}
+        if kind == "r" and (match := _MEGA.fullmatch(text)) is not None and value < SMALL:
             yield warning("mega_or_milli", **numbers, write=f"{match[1]}Meg")
         elif kind == "c" and (match := _FARAD.fullmatch(text)) is not None:
             yield warning("farad_or_femto", **numbers, write=match[1])
+
+
+def _of_pairs(line: Line) -> Iterator[Diagnostic]:
+    """The same of values behind names, in a .param card, a subcircuit's header or its call, whose unit is not known."""
+    words = tokens_of(line.text)
+    for name, sign, text in zip(words, words[1:], words[2:], strict=False):
+        named: dict[str, Number] = {"element": name, "line": line.where, "unit": ""}
+        if sign != "=":
+            continue
+        if (digits := _digits_inside(text)) is not None:
+            yield warning("digits_behind_suffix", **named, **digits)
+        elif (match := _MEGA.fullmatch(text)) is not None:
+            value = plain_number(text, mil=False)
+            yield warning("mega_or_milli", **named, text=text, value=value, write=f"{match[1]}Meg")
+
+
+def _digits_inside(text: str) -> dict[str, Number] | None:
+    """The numbers of a text such as ``4k7``, whose 7 SPICE reads as a unit; None of another."""
+    value = plain_number(text)
+    match = _INSIDE.fullmatch(text)
+    if value is None or match is None or not match[3].strip("0"):
+        return None
+    letter = match[2].lower()
+    meant = f"{match[1].rstrip('.')}.{match[3]}" if "." not in match[1] else match[1]
+    suffix = "" if letter in _POINTS else match[2]
+    other = float(f"{meant}e{_POWERS[letter]}")
+    return {"text": text, "value": value, "other": other, "write": f"{meant}{suffix}"}
 
 
 def _of_value(part: CircuitPart, name: str, capacitance: float | None) -> Diagnostic | None:

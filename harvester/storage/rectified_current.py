@@ -28,6 +28,7 @@ from scipy.interpolate import PchipInterpolator
 from harvester.arrays import Floats
 
 FINE, STEPS = 4001, 2000  # voltages of a quadrature; steps of a random path up to its mean time
+TINY = 1e-9  # a decay within a step that is none
 LONGER = 3.0  # times the mean time, that random paths are followed
 
 
@@ -178,6 +179,8 @@ def random_paths(
     volts = np.linspace(0.0, max(top, float(table.voltages[-1])), FINE)
     effective = farads + table.column_at("lag", volts) * table.slope(volts)
     drift = (table.at(volts) - volts / ohm) / effective
+    # A clamp across the store answers within less than a step: the drift is linear over each step.
+    answer = np.maximum(-np.gradient(drift, volts), 0.0)
     spread = np.sqrt(table.column_at("density", volts)) / farads
     v = np.zeros(count)
     paths = [np.zeros(count)]
@@ -188,10 +191,17 @@ def random_paths(
             kick = kick + rng.standard_normal(count)
             length = 2.0 * dt
         begun = min(max((k * dt + length - table.start) / length, 0.0), 1.0)
+        rate = np.interp(v, volts, answer) * length
         v = np.abs(
             v
-            + begun * np.interp(v, volts, drift) * length
-            + begun * np.interp(v, volts, spread) * kick * dt**0.5
+            + begun * np.interp(v, volts, drift) * length * _mean_decay(rate)
+            + begun * np.interp(v, volts, spread) * kick * np.sqrt(dt * _mean_decay(2.0 * rate))
         )
         paths.append(v)
     return np.linspace(0.0, end, len(paths)), np.array(paths).T
+
+
+def _mean_decay(rate: Floats) -> Floats:
+    """The mean of exp(-rate t) over t from 0 to 1."""
+    safe = np.maximum(rate, TINY)
+    return np.where(rate < TINY, 1.0, -np.expm1(-safe) / safe)

@@ -66,3 +66,17 @@ def test_an_optional_part_that_is_absent_is_no_fault(monkeypatch, harvester):
         and found["panel"]["optional"]
         and not found["numba"]["optional"]
     )
+
+
+def test_a_flat_netlist_needs_no_terminals(harvester, tmp_path, monkeypatch):
+    """Nor those of a scene: its elements are all outside of subcircuits, whether these are called or not."""
+    monkeypatch.chdir(tmp_path)
+    lines = ["* a board", "D1 PZ1 OUT DX", ".subckt leak a b", "R1 a b 1Meg", ".ends"]
+    lines += ["X1 OUT 0 leak", "R1 OUT 0 220k", "O1 OUT 0 PZ1 0 lossy", ".model DX D(Is=1u)"]
+    (tmp_path / "board.cir").write_text("\n".join([*lines[:7], *lines[8:], ".end"]) + "\n")
+    status, out, _ = harvester("doctor", "board.cir")
+    assert status == 0 and "served   x1.r1" in out
+    assert out.splitlines()[-1].startswith("engine 'compiled' supports 3 of 3 elements")
+    (tmp_path / "board.cir").write_text("\n".join([*lines, ".end"]) + "\n")
+    status, _, err = harvester("doctor", "board.cir")
+    assert status == 2 and err.count("\n") == 1 and "is 'o1'" in err

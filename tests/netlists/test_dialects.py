@@ -8,7 +8,7 @@ import harvester as hv
 from harvester.engines.selection import serving
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
-from harvester.netlists.load_circuit import load_circuit
+from harvester.netlists.load_circuit import effective_value, load_circuit
 from harvester.netlists.part import by_name
 from harvester.scene.load import Load
 from tests.support import imposed_drive
@@ -256,6 +256,12 @@ def test_a_netlist_may_include_what_is_below_the_folder_of_the_scene(tmp_path, i
         ({"store": "C7 STORE 0 .33F"}, "farad_or_femto", "0.33 fF: F is femto in SPICE; is .33 meant"),
         ({"load": "R5 STORE 0 1u"}, "unusual_element", "far outside"),
         ({"more": "C9 PA 0 34n"}, "piezo_capacitance_twice", "C9 (flat.cir line 6), 34 nF, is across the piezo"),
+        ({"more": ".param rx=4k7\nR9 PA STORE {rx}"}, "digits_behind_suffix", "is 4.7k meant?"),
+        ({"more": ".param rx=1M\nR9 PA STORE {1g+rx}"}, "mega_or_milli", "is 1Meg meant?"),
+        ({"more": ".subckt leak a b r=2M2\nR1 a b {1k+r}\n.ends\nX9 PA STORE leak"}, "digits_behind_suffix", "2.2M"),
+        ({"more": ".subckt leak a b\nR1 a b 4k7\n.ends\nX9 PA STORE leak"}, "digits_behind_suffix", "R1 ("),
+        ({"more": ".subckt leak a b r=1k\nR1 a b {1k+r}\n.ends\nX9 PA STORE leak r=1M"}, "mega_or_milli", "r ("),
+        ({"more": "V9 PX 0 3V3\nR9 PX STORE 10k"}, "digits_behind_suffix", "is 3.3 meant?"),
         ({"more": "D9 STORE PA DX"}, "antiparallel_diodes", "nothing is rectified"),
         ({"more": "C8 PX PA 1n\nD9 PX STORE DX"}, "no_return_path", "D9 has no return path for a direct current"),
     ],
@@ -279,6 +285,8 @@ def test_what_was_probably_meant_is_warned_of(tmp_path, lines, code, words):
         {"store": "C7 STORE 0 0.33"},
         {"more": "R9 PA STORE 10kohm"},
         {"more": "D9 STORE PX DX\nR8 PX PA 10"},
+        {"more": ".param rx=4.7k cx=1m\nR9 PA STORE {rx}\nC9 PA STORE {cx}"},
+        {"more": "V9 PX 0 SIN(0 1 60)\nR9 PX STORE 10k"},
         {"more": "C8 PX PA 1n\nD9 PX STORE DX\nD8 0 PX DX"},
         {"more": "C8 PX PA 1n\nD9 PX STORE DX\nL8 PX 0 1m"},
     ],
@@ -312,3 +320,16 @@ def test_a_store_with_a_resistance_of_its_own_needs_no_separation_of_times(tmp_p
     text = SCENE.replace("hardware/power/board.cir", "./flat.cir").replace('"0"]', '"PB"]')
     (tmp_path / "scene.toml").write_text(text)
     assert "slow" not in serving(Problem.of(tmp_path / "scene.toml"))
+
+
+@pytest.mark.parametrize("element", ["R9 PA STORE rm 30k", "L9 PA STORE rm 200"])
+@pytest.mark.parametrize("degrees", ["0", "50"])
+def test_a_model_of_another_nominal_temperature_decides_the_value(tmp_path, element, degrees):
+    """Also that of 0 degrees: by ngspice it takes 26 % from the power of a resistor and 8 % from that of a coil."""
+    card = f".model rm {element[0]}(tc1=0.02 tnom={degrees})"
+    circuit = board(tmp_path, more=f"{element}\n{card}")
+    part = next(part for part in circuit.parts if part.name == element[:2].lower())
+    assert effective_value(part) is None
+    same = board(tmp_path, more=f"{element}\n{card.replace(f'={degrees})', '=27)')}")
+    part = next(part for part in same.parts if part.name == element[:2].lower())
+    assert effective_value(part) == part.number

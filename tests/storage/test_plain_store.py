@@ -64,6 +64,26 @@ def test_random_paths_pass_as_a_random_walk_with_drift():
     assert times.var() == pytest.approx(variance, rel=0.1)
 
 
+def test_random_paths_stay_below_a_clamp_that_answers_within_a_step():
+    """Ornstein and Uhlenbeck: where the current falls by g per volt the variance is S/(2 g C), here near 2 V."""
+    slope = 1.0
+    _, v = random_paths(
+        table(lambda v: 1e-5 + slope * (2.0 - v), density=1e-8),
+        C,
+        math.inf,
+        8.0,
+        200.0,
+        4096,
+        3,
+        False,
+    )
+    assert v.max() < 3.0
+    settled = v[:, -1]
+    deviation = math.sqrt(1e-8 / (2.0 * slope * C))
+    assert settled.mean() == pytest.approx(2.0 + 1e-5 / slope, abs=4.0 * deviation / 64.0)
+    assert settled.std() == pytest.approx(deviation, rel=4.0 / math.sqrt(2.0 * 4096))
+
+
 def test_the_error_of_sampling_adds_up_over_independent_voltages():
     """As scattered tables have it, drawn with the standard error that is stated."""
     rng, levels, base = (

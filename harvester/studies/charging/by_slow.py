@@ -11,14 +11,17 @@ from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.engines import Slow
 from harvester.engines.protocol import needs_one_mode
 from harvester.equations.coefficients import Equations
+from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
+from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.messages.unknown_parts import MEASURED_CURRENT
 from harvester.storage.held_in_ngspice import error_of_circuit
-from harvester.storage.measured_current import measured, time_constant
+from harvester.storage.measured_current import Rectifier, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached, times_to
+from harvester.storage.rectifier_cut import STORE as CSMOOTH
 from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 from harvester.studies.charging.afterwards import afterwards
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
@@ -28,6 +31,7 @@ from harvester.uncertainty.value import half95
 RUNS = 512  # direct ones under noise
 SLOW_FROM = 30.0  # time constants of the mass: a charge that takes less is not slow
 DIRECT = 25.0  # time constants of the mass of the direct run, at most
+AT_REST = 200  # steps of a mass at rest, in which the board's own draw is measured
 # times the piezo's capacitance: a store that is charged slowly without being asked for
 LARGE = 1000.0
 
@@ -77,6 +81,7 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
     assert problem.circuit is not None, "the refusal checks this"
     begin = time.perf_counter()
     with compilation():
+        _check_draw(problem, float(runs.levels[-1]), runs.h)
         if not is_plain_store(problem.circuit):
             fields = _behind_a_rectifier(runs)
         elif problem.equations.is_steady:
@@ -92,6 +97,37 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
         capacitance=problem.circuit.smoothing or 0.0,
         **fields,
     )
+
+
+def _check_draw(problem: Problem, top: float, h: float | None) -> None:
+    """Raise SimulationError if the board draws more power at the target voltage than the mass can give.
+
+    A device of ideal elements alone draws none but for the load's.
+    """
+    bound = power_bound(problem)
+    rectifier = Rectifier(problem)
+    if bound is None or rectifier.ideal is not None or not is_plain_store(rectifier.load):
+        return
+    step = step_from_rest(problem.equations) if h is None else h
+    circuit = rectifier.compiled(rectifier.held)
+    charge = circuit.charge_at(CSMOOTH)
+    state = circuit.rest.copy()
+    state[charge] = rectifier.held * top
+    eqs = problem.equations
+    start = np.array([eqs.resting_places[0], 0.0])
+    charges = []
+    for _ in range(2):  # the first loads what is beside the store
+        path = circuit.trace(eqs, np.zeros(AT_REST), step, 1, start, state)
+        start = path.last[:-1]
+        charges.append(float(path.state[charge]))
+        state = path.state
+    watts = (charges[0] - charges[1]) * top * problem.scales.frequency / (AT_REST * step)
+    most = bound.value / problem.units.watts * problem.scales.watts
+    if watts > most:
+        raise SimulationError(
+            f"the store does not reach {top:.3g} V: at this voltage the board itself draws {watts:.3g} W, "
+            f"and the mass can give {most:.3g} W at most: is an element across the store intended?"
+        )
 
 
 def _check_times(fields: dict[str, Any]) -> None:

@@ -90,3 +90,40 @@ def test_a_chip_charges_its_store_as_in_ngspice(chip, acceleration, store, secon
     assert has(found.notes, "slow_charge_of_chip") and not found.time.unknown
     assert abs(found.time.value - seconds) < found.time.error95 + error
     assert found.time.error95 < 0.1 * seconds
+
+
+CLAMPED = """* four diodes, and one across the rails
+.model D1 D(Is=1u N=1.05 Rs=2 Cjo=20p)
+D1 PZ1 OUT D1
+D2 PZ2 OUT D1
+D3 0 PZ1 D1
+D4 0 PZ2 D1
+D5 OUT 0 D1
+C1 OUT 0 2.2u
+R1 OUT 0 220k
+.end
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "shaking",
+    [
+        {"acceleration_amplitude": "0.2 g", "frequency": "60 Hz"},
+        {"acceleration_psd": "1e-3 g^2/Hz"},
+    ],
+)
+def test_a_diode_across_the_rails_is_refused_before_anything_long(tmp_path, monkeypatch, shaking):
+    """Under noise a step too long for the diode passed 3 V after 75 ms, and a drive took a minute and a half."""
+    monkeypatch.setattr(
+        "harvester.studies.charging.by_slow.measured", lambda *_: pytest.fail("a table is measured")
+    )
+    (path := tmp_path / "board.cir").write_text(CLAMPED)
+    scene = hv.Scene(
+        oscillator=hv.Oscillator(mass="8 g", frequency="60 Hz", damping_ratio=0.012),
+        piezo=hv.Piezo(coupling="1.5 mN/V", capacitance="47 nF"),
+        excitation=hv.Excitation(**shaking),
+        load=hv.Load(netlist=str(path), terminals=["PZ1", "PZ2"], resistor="R1", store="C1"),
+    )
+    with pytest.raises(hv.SimulationError, match=r"does not reach 3 V: .* the board itself draws"):
+        hv.charge(scene, to="3 V", engine="slow")
