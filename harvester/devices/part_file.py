@@ -30,9 +30,11 @@ def export(
     out : path
         the file: ``device.fmu`` for simulators that import FMI; ``device.lib`` for ngspice, LTspice
         and KiCad.
-    name, duration : str or float or str, optional
-        options of a subcircuit: its name (None: the file's), and the length (s) of noise that is
-        written point by point (None: 1000 periods).
+    name : str, optional
+        option of a subcircuit: its name; None: the file's.
+    duration : float or str, optional
+        option of a subcircuit: the length (s) of noise that is written point by point; None: 1000
+        periods.
     circuit : str, optional
         option of an FMU: "inside" (None), with the load, a resistor or an ideal circuit; or
         "outside", with an electrical port: current (A) and load resistance (ohm) in, voltage (V)
