@@ -91,23 +91,23 @@ def sweep(
     )
 
 
-class Chosen(NamedTuple):
-    """The engines of a sweep, the formulas that each stands for, and which one checks the others at few points."""
+class SweepEngines(NamedTuple):
+    """The engines of a sweep, the formulas that each represents, and which one checks the others at few points."""
 
     engines: Sequence[Named]
     stand_ins: dict[str, list[str]]
     check: str | None
 
 
-def chosen(problem: Problem, which: Sequence[Named] | None) -> Chosen:
-    """The engines that are asked for, all that serve for `ALL`, or those of a sweep where none are."""
+def chosen(problem: Problem, which: Sequence[Named] | None) -> SweepEngines:
+    """The engines that are asked for, all engines for `ALL`, or the default ones."""
     if which:
         everybody = which == ALL or list(which) == [ALL]
-        return Chosen(*for_circuit(problem, serving(problem) if everybody else which), None)
+        return SweepEngines(*for_circuit(problem, serving(problem) if everybody else which), None)
     check = check_engine(problem)
     named, stand_ins = for_circuit(problem, default_engines(problem))
     checks = [] if check is None else [check]
-    return Chosen([*named, *checks], stand_ins, None if check is None else check.NAME)
+    return SweepEngines([*named, *checks], stand_ins, None if check is None else check.NAME)
 
 
 def for_circuit(
