@@ -100,6 +100,11 @@ def _stores(share: float) -> str:
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
     # a model of the user's own
+    "paths_missed": lambda within, error: (
+        f"`within` {within:.2g} was not reached by 2^8 times smaller steps and 256 paths: the error is "
+        + ("that of a mean of zero" if error is None else f"{error:.1%}")
+        + "; give a smaller `step` or a longer `duration`"
+    ),
     "model_path": "one trajectory at one step: half of `step` and a tenth of `tolerance` show its error",
     "stand_in": "ngspice ran on a device of {mass:g} kg, w0 = {frequency:g} rad/s, Cp = {capacitance:g} F, theta = "
     "{coupling:.4g} N/V; results are nondimensional",
