@@ -149,11 +149,11 @@ def added(e, repeats):
 
 def plot(rows, path):
     """Bars of both kernels, effect by effect."""
-    from harvester import figures
     from harvester.figures.quantities import logarithm
-    from harvester.figures.style import entitle, legend, styled
+    from harvester.figures.style import entitle, legend, new
+    from harvester.presentation.plot import styled
 
-    figure, axes = figures.new(1, 1, (7.0, 6.4))
+    figure, axes = new(1, 1, (7.0, 6.4))
     place = np.arange(len(rows))[::-1]
     with styled():
         hand = [

@@ -14,9 +14,10 @@ before the measured values (benchmarks/measured.csv) were written down.  docs/va
 
 import csv
 import dataclasses
+import itertools
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -299,8 +300,8 @@ def settled(scene: hv.Scene, frequency: float, level: float, seed: int) -> float
     return float(np.std(voltage[len(voltage) // 2 :]))
 
 
-def norenberg() -> Iterator[Prediction]:
-    """Rms voltage of the runs that were held out, of the devices that agree with the one that was not."""
+def candidates() -> list[hv.Scene]:
+    """Devices that the sweeps and any distance of the wells allow; the index of each is its seed."""
     # The wells' distance is not in the source; resonance, Q and gain are as wide as the sweeps of
     # both wells are.
     spreads = {
@@ -309,15 +310,40 @@ def norenberg() -> Iterator[Prediction]:
         "q": (95.0, 145.0),
         "gain": (4.0, 4.4),
     }
-    devices = []
-    for seed, draw in enumerate(drawn(spreads, 60)):
-        scene = two_wells(math.exp(draw["well"]), draw["f"], draw["q"], draw["gain"])
-        devices.append(
-            (abs(math.log(settled(scene, 9.1, LEARNED_LEVEL, seed) / LEARNED)), seed, scene)
-        )
-    best = sorted(devices, key=lambda one: one[:2])[:DRAWS]
-    for what, level in SHAKEN.items():
-        rms = [1e3 * settled(scene, float(what[:3]), level, seed) for _, seed, scene in best]
+    return [
+        two_wells(math.exp(draw["well"]), draw["f"], draw["q"], draw["gain"])
+        for draw in drawn(spreads, 60)
+    ]
+
+
+def nearest_to_learned() -> list[tuple[int, hv.Scene]]:
+    """Seed and scene of the devices that agree best with the run that is not held out."""
+    devices = [
+        (abs(math.log(settled(scene, 9.1, LEARNED_LEVEL, seed) / LEARNED)), seed, scene)
+        for seed, scene in enumerate(candidates())
+    ]
+    return [one[1:] for one in sorted(devices, key=lambda one: one[:2])[:DRAWS]]
+
+
+def held_out(devices: list[tuple[int, hv.Scene]]) -> dict[str, list[float]]:
+    """Rms voltages (mV) of each run that was held out, one for each of the ``devices``."""
+    return {
+        what: [1e3 * settled(scene, float(what[:3]), level, seed) for seed, scene in devices]
+        for what, level in SHAKEN.items()
+    }
+
+
+def responses(values: Sequence[float]) -> list[list[float]]:
+    """Values in ascending order, apart where the next is more than twice as large: coexisting responses."""
+    ordered = sorted(values)
+    apart = [k for k in range(1, len(ordered)) if ordered[k] > 2.0 * ordered[k - 1]]
+    ends = [0, *apart, len(ordered)]
+    return [ordered[begin:end] for begin, end in itertools.pairwise(ends)]
+
+
+def norenberg() -> Iterator[Prediction]:
+    """Rms voltage of the runs that were held out, of the devices that agree with the one that was not."""
+    for what, rms in held_out(nearest_to_learned()).items():
         low, value, high = np.quantile(rms, (0.025, 0.5, 0.975))
         yield Prediction(
             "norenberg", f"rms voltage, {what}", "mV", float(value), float(low), float(high)

@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from harvester.engines.selection import ENGINES
-from harvester.figures.style import image, legend, new, styled
+from harvester.figures.style import legend, new
 from harvester.machine import files
+from harvester.presentation.plot import image, styled
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))

@@ -19,8 +19,9 @@ from harvester.cosimulation import runs as worker
 from harvester.engines.selection import ENGINES
 from harvester.engines.spice.setup import set_up
 from harvester.equations.problem import Problem
-from harvester.figures.style import image, legend, new, styled
+from harvester.figures.style import legend, new
 from harvester.mechanics.kernels.noise import gaussian_grid
+from harvester.presentation.plot import image, styled
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))

@@ -17,8 +17,9 @@ from matplotlib.ticker import EngFormatter
 import harvester as hv
 from harvester.arrays import Floats
 from harvester.engines.selection import ENGINES
-from harvester.figures.style import Plot, image, legend, new
+from harvester.figures.style import legend, new
 from harvester.presentation.engine_look import look
+from harvester.presentation.plot import Plot, image
 from harvester.studies import paper
 
 HERE = Path(__file__).parent

@@ -6,6 +6,7 @@ import inspect
 import reprlib
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 T = TypeVar("T", bound=Callable[..., Any])
@@ -121,7 +122,7 @@ def named(error: Exception) -> HarvesterError:
     """The named error for an unforeseen one: of memory, of the system, or a defect of this package."""
     if isinstance(error, HarvesterError):
         return error
-    if isinstance(error, MemoryError):
+    if isinstance(error, MemoryError) or _is_lost_memory_error(error):
         return SimulationError(
             "there is not enough memory: try fewer `trajectories`, `workers` or a longer `dt`"
         )
@@ -137,6 +138,24 @@ def named(error: Exception) -> HarvesterError:
     return SimulationError(
         f"internal error, please report it: {what} (HARVESTER_TRACEBACK=1 shows the place)"
     )
+
+
+def _is_lost_memory_error(error: Exception) -> bool:
+    """Whether memory ended, and the MemoryError was lost on its way through Python or a library.
+
+    Python has a SystemError then ("returned NULL without setting an exception"), its parser a
+    SyntaxError in a module of this package or in the text of a data class; a library may raise
+    another error while it handles the MemoryError.
+    """
+    if isinstance(error, SyntaxError):
+        name = error.filename or "<string>"
+        return name.startswith("<") or Path(name).is_relative_to(Path(__file__).parent)
+    if isinstance(error, SystemError):
+        return "without" in str(error)
+    cause = error.__context__
+    while cause is not None and not isinstance(cause, MemoryError):
+        cause = cause.__context__
+    return cause is not None
 
 
 def answer_or_error(function: Callable[[Of], Answer], of: Of) -> "Answer | HarvesterError":

@@ -2,7 +2,8 @@
 
 The disk is full after ROOM bytes, and each write to a file takes DELAY ms; the clock of the day
 jumps by JUMP s at the LOOKS-th look; after THREADS threads and processes the system starts no more,
-as after `ulimit -u`, which does not bind root.
+as after `ulimit -u`, which does not bind root.  After `arm(writes, allocations)` the writes-th
+write to a file and the allocations-th allocation of at least SMALLEST bytes fail, once each.
 """
 
 import subprocess
@@ -22,11 +23,47 @@ static long number(const char *name, long otherwise) {
     return text ? atol(text) : otherwise;
 }
 
+#define SMALLEST 1024
+
+static long writes_left, allocations_left;
+
+void arm(long writes, long allocations) {
+    writes_left = writes;
+    allocations_left = allocations;
+}
+
+static int is_this_one(long *left) {
+    return *left > 0 && __sync_sub_and_fetch(left, 1) == 0;
+}
+
+extern void *__libc_malloc(size_t);
+extern void *__libc_calloc(size_t, size_t);
+extern void *__libc_realloc(void *, size_t);
+
+static int refused(size_t bytes) {
+    if (bytes < SMALLEST || !is_this_one(&allocations_left)) return 0;
+    errno = ENOMEM;
+    return 1;
+}
+
+void *malloc(size_t bytes) {
+    return refused(bytes) ? NULL : __libc_malloc(bytes);
+}
+
+void *calloc(size_t count, size_t bytes) {
+    return refused(count * bytes) ? NULL : __libc_calloc(count, bytes);
+}
+
+void *realloc(void *old, size_t bytes) {
+    return refused(bytes) ? NULL : __libc_realloc(old, bytes);
+}
+
 static int full(int file, size_t bytes) {
     static long room = -2;
     struct stat state;
     if (room == -2) room = number("ROOM", -1);
     if (fstat(file, &state) || !S_ISREG(state.st_mode)) return 0;
+    if (file > 2 && is_this_one(&writes_left)) { errno = ENOSPC; return 1; }
     usleep(1000 * number("DELAY", 0));
     if (room == -1) return 0;
     if ((long)bytes > room) { room = 0; errno = ENOSPC; return 1; }

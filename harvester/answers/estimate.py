@@ -5,14 +5,18 @@ drive may have, if the mass is not linear.
 """
 
 from dataclasses import field, replace
+from typing import TYPE_CHECKING
 
-from harvester import figures
 from harvester.arrays import Floats
 from harvester.equations.power_bound import PowerBound
 from harvester.equations.repeated_shaking import Events
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, has
 from harvester.presentation.result import Result
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 
 class SteadyResponse(Result):
@@ -176,6 +180,6 @@ class Estimate(Result):
         """Its notes in one line."""
         return "; ".join(map(str, self.notes))
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """Draw the parts of the error, and the energy ledger if there is one, as a matplotlib figure."""
-        return figures.estimate(self, title)
+        return drawing.draw(self, title)

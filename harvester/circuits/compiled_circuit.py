@@ -205,7 +205,16 @@ class CompiledCircuit:
         if start is None:
             start = mechanics_of(eqs).started((0.0, 0.0, 0.0))[:-1]
         path = trace_circuit(
-            eqs, self.for_kernels(h), state, noise, h, stride, start, shaking, kicked, keep
+            eqs,
+            self.for_kernels(h),
+            state=state,
+            noise=noise,
+            h=h,
+            stride=stride,
+            start=start,
+            shaking=shaking,
+            kicked=kicked,
+            keep=keep,
         )
         self.check(path.steps, path.failed, path.state)
         return path
@@ -243,7 +252,15 @@ class CompiledCircuit:
         record = circuit.record.copy()
         log[1], record["log_at"] = rows, log.ctypes.data
         again = trace_circuit(
-            eqs, circuit._replace(record=record), state, noise, h, stride, start, shaking, kicked
+            eqs,
+            circuit._replace(record=record),
+            state=state,
+            noise=noise,
+            h=h,
+            stride=stride,
+            start=start,
+            shaking=shaking,
+            kicked=kicked,
         )
         return dataclasses.replace(again, own_steps=log[2:].reshape(rows, width)[: int(log[0])])
 
@@ -263,7 +280,9 @@ class CompiledCircuit:
         ``start`` is as of `begun`.
         """
         motion, state = self.begun(eqs, start)
-        path = self.trace(eqs, noise, h, stride, motion, state, shaking)
+        path = self.trace(
+            eqs, noise, h=h, stride=stride, start=motion, state=state, shaking=shaking
+        )
         moments = from_path(eqs, path, discard, batches)
         first = math.ceil(discard / (h * stride) - 1e-6)
         rows = (len(path.square) - first) // batches
@@ -317,14 +336,34 @@ class CompiledCircuit:
         if follow.waits:  # a call without a step compiles this kernel meanwhile
             none = schedule._replace(samples=0)
             circuit = self._with_follow(h, 0)
-            advance_circuit(batch, state, none, h, circuit, self.rows, eqs, shaker)
-        advance_circuit(batch, state, schedule, h, self.for_kernels(h), self.rows, eqs, shaker)
+            advance_circuit(
+                batch,
+                state,
+                schedule=none,
+                h=h,
+                circuit=circuit,
+                rows=self.rows,
+                eqs=eqs,
+                shaker=shaker,
+            )
+        advance_circuit(
+            batch,
+            state,
+            schedule=schedule,
+            h=h,
+            circuit=self.for_kernels(h),
+            rows=self.rows,
+            eqs=eqs,
+            shaker=shaker,
+        )
 
     def mid_drift(
         self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None
     ) -> None:
         """The states of a batch half a step later; see `OwnCircuit`."""
-        circuit_mid_drift(state, out, h, self.for_kernels(h), self.rows, eqs, shaker)
+        circuit_mid_drift(
+            state, out, h=h, circuit=self.for_kernels(h), rows=self.rows, eqs=eqs, shaker=shaker
+        )
 
     def for_kernels(self, h: float) -> KernelCircuit:
         """The circuit at steps of h; threads that ask at once get one record, as it has but addresses of its arrays."""

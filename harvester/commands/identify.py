@@ -78,10 +78,11 @@ def identify(
     title = "Identified from " + ", ".join(Path(name).name for name in names)
     echo_answer(result, as_json)
     if path is not None:
-        from harvester import figures
-
         scene_file.write(path, result, title, force)
-        figures.save(result.plot(title), path.parent, f"{path.stem}_fit")
+        plot = result.plot(title)
+        from harvester.presentation.plot import save  # and with it matplotlib, which has drawn it
+
+        save(plot, path.parent, f"{path.stem}_fit")
         if not as_json:
             click.echo(f"written: {path}, {path.with_name(path.stem + '_fit.png').name}, {NAME}")
             if scene_file.is_whole(result):

@@ -142,10 +142,11 @@ def record(
     title = f"{Path(file).name}, axis {answer.record.axis}"
     echo_answer(answer, as_json)
     if path is not None:
-        from harvester import figures
-
         files.write(path, text)
-        figures.save(answer.plot(title), path.parent, path.stem)
+        plot = answer.plot(title)
+        from harvester.presentation.plot import save  # and with it matplotlib, which has drawn it
+
+        save(plot, path.parent, path.stem)
         if not as_json:
             click.echo(f"written: {path}, {path.with_suffix('.png').name}")
             echo(f'next: [excitation] acceleration_file = "{path.name}" in a scene file next to it')

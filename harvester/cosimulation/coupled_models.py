@@ -8,14 +8,12 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harvester import figures
 from harvester.answers.open_balance import open_balance
 from harvester.arrays import Floats
-from harvester.cosimulation.mean_over_paths import MeanOverPaths
 from harvester.cosimulation.model_protocol import can_be_compiled, check_model
 from harvester.cosimulation.model_runs import ModelJob, packed, run_model
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
@@ -24,14 +22,18 @@ from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import read_probes
-from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation import drawing
+from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.glossary import LEDGER
 from harvester.presentation.messages.unknown_parts import STEP_AND_TOLERANCE
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
-from harvester.quantities.units import fraction, time
+from harvester.quantities.units import time
 from harvester.scene.load import Load
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 MOST_STEPS, MOST_READINGS = 100_000_000, 5_000_000
 COLUMNS = ("time", "voltage", "current", "load_power")  # columns of every answer
@@ -54,7 +56,7 @@ class Cosimulation(TableResult):
     events
         the times of the model's events, shape (m,) (s).
     mean_power
-        of Rload, over the whole path (W); with ``within`` over several paths, with its whole error.
+        of Rload, over the whole path (W).
     ledger
         mean powers (W) over the whole path: ``ledger_input`` is the work of the model against the
         port's reaction, ``ledger_load`` goes into Rload, ``ledger_circuit`` is lost in the rest of
@@ -128,9 +130,9 @@ class Cosimulation(TableResult):
         """How many events it has."""
         return len(self.events)
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The path as a matplotlib figure."""
-        return figures.cosimulation(self.table, title)
+        return drawing.draw(self, title)
 
     @property
     def table(self) -> Table:
@@ -171,7 +173,6 @@ def cosimulate(
     tolerance: float = 1e-4,
     volts: float = 1.0,
     compiled: bool | None = None,
-    within: float | str | None = None,
 ) -> Cosimulation:
     """Run a model of the user's own and an ngspice circuit in lock-step: each acts on the other inside the step.
 
@@ -205,10 +206,6 @@ def cosimulate(
     compiled
         True: numba compiles the model; False: it runs in plain Python; None: compiled if it is a
         NamedTuple of numbers.
-    within
-        target relative error (95 %) of the mean power, 0.01 or "1%": ``step`` and ``tolerance`` are
-        made smaller, and the mean is over paths with further noise, until the step's part of the
-        error and that of sampling are together within it.  The arrays are those of one path.
 
     Returns
     -------
@@ -244,7 +241,6 @@ def cosimulate(
     harvester.errors.InputError: `model` must have the functions drift, kick, source, but 'Oscillator' has no source
     """
     span, h = _time("duration", duration), _time("step", step)
-    accuracy = None if within is None else _share("within", within)
     steps = max(math.ceil(span / h * (1.0 - 1e-9)), 1)
     _check_options(span, steps, every, seed, tolerance, volts)
     _check_port(port)
@@ -264,47 +260,45 @@ def cosimulate(
     find_library()
     whole = can_be_compiled(model) if compiled is None else compiled
     job = ModelJob(
-        model, start, load, port, h, steps, every, seed, (tolerance, volts), probes, whole
+        model=model,
+        start=start,
+        load=load,
+        port=port,
+        h=h,
+        steps=steps,
+        stride=every,
+        seed=seed,
+        tolerances=(tolerance, volts),
+        probes=probes,
+        compiled=whole,
     )
-    power, missed = None, None
     try:
-        if accuracy is None:
-            run = next(map_in_workers(run_model, [(packed(job),)]))
-        else:
-            paths = MeanOverPaths(job)
-            power, reached = paths.to(accuracy)
-            job = paths.finest()
-            assert paths.first is not None, "the first path has the seed of the job"
-            run = paths.first
-            if not reached:
-                error = power.known_error95 / abs(power.value) if power.value else None
-                missed = warning("paths_missed", within=accuracy, error=error)
+        run = next(map_in_workers(run_model, [(packed(job),)]))
     except Exception as error:  # without the worker's own traceback: a note has the model's line
         raise error.with_traceback(None) from None
-    about = note("model_path") if accuracy is None else None
     state = {name: run.samples[:, k] for k, name in enumerate(start._fields)}
     remark = open_balance(Value(run.ledger.residual))
     ledger = {
         LEDGER + name: getattr(run.ledger, name) for name in ("input", "circuit", "load", "stored")
     }
     return Cosimulation(
-        time=job.h * job.stride * np.arange(len(run.samples), dtype=np.float64),
+        time=h * every * np.arange(len(run.samples), dtype=np.float64),
         state=state,
         voltage=run.samples[:, -3],
         current=run.samples[:, -2],
         load_power=run.samples[:, -1],
         events=run.events,
-        mean_power=power or Value(run.ledger.load, unknown=STEP_AND_TOLERANCE),
+        mean_power=Value(run.ledger.load, unknown=STEP_AND_TOLERANCE),
         ledger=ledger,
         ledger_residual=run.ledger.residual,
-        step=job.h,
+        step=h,
         steps=run.steps,
         seconds=run.seconds,
         compilation_seconds=run.compilation,
         compiled=whole,
         probes={probe.name: values for probe, values in zip(probes, run.probed, strict=True)},
         probe_units={probe.name: probe.unit for probe in probes},
-        diagnostics=tuple(said for said in (remark, missed, about) if said is not None),
+        diagnostics=(*([] if remark is None else [remark]), note("model_path")),
     )
 
 
@@ -314,17 +308,6 @@ def _time(name: str, value: float | str) -> float:
         return float(time(value if isinstance(value, str) else repr(float(value))))
     except (TypeError, ValueError):
         raise invalid(f"`{name}`", "be a time above 0, such as 0.001 or '1 ms'", value) from None
-
-
-def _share(name: str, value: float | str) -> float:
-    """A relative error between 0 and 1."""
-    try:
-        share = fraction(value if isinstance(value, str) else repr(float(value)))
-    except (TypeError, ValueError):
-        share = math.nan
-    if not 0.0 < share < 1.0:
-        raise invalid(f"`{name}`", "be a relative error between 0 and 1, such as 0.01", value)
-    return share
 
 
 def _check_options(

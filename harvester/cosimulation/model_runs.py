@@ -1,6 +1,5 @@
 """Runs of ngspice in lock-step with a model of the user's own, in this process, which is a worker."""
 
-import math
 import pickle
 import sys
 import time
@@ -37,8 +36,7 @@ class ModelJob:
     """A model, its circuit, and how they run: arguments as of `harvester.cosimulation.coupled_models.cosimulate`.
 
     ``tolerances`` are ngspice's relative tolerance, and the voltage that its absolute ones go by
-    (V).  The noise is that of a step of 2^``halvings`` h, refined; each ``path`` of a seed has its
-    own.
+    (V).
     """
 
     model: Any
@@ -52,8 +50,6 @@ class ModelJob:
     tolerances: tuple[float, float]
     probes: tuple[Probe, ...]
     compiled: bool
-    halvings: int = 0
-    path: int = 0
 
     @property
     def capacitance(self) -> float:
@@ -119,14 +115,22 @@ def run_model(data: bytes) -> ModelRun:
     job = _unpacked(data)
     coil = isinstance(job.port, Coil)
     piezo = job.capacitance
-    noise = noise_of(job)
+    noise = np.random.default_rng(np.random.SeedSequence(job.seed)).standard_normal((job.steps, 2))
     start = np.array(job.start, dtype=np.float64)
     coefficients = coefficients_of(job.model) if job.compiled else np.empty(0)
     exact = job.load.linear and not coil  # the rule of a load resistor is exact for each drift
     coupling = float(job.port.coupling or 0.0)
     volts = coupling if coil else coupling / piezo
     drive = ModelDrive(
-        start, coefficients, noise, job.h, job.stride, volts, coupling, coil, free=not exact
+        start=start,
+        coefficients=coefficients,
+        noise=noise,
+        h=job.h,
+        stride=job.stride,
+        volts=volts,
+        coupling=coupling,
+        coil=coil,
+        free=not exact,
     )
     begin_model(drive.state[0], job.start, drive.record.samples, _bound(job.model), None)
     begin = time.perf_counter()
@@ -158,30 +162,14 @@ def run_model(data: bytes) -> ModelRun:
     times = job.h * job.stride * np.arange(len(drive.record.samples))
     seen = [np.interp(times, drive.series["time"], values_of(probe, drive)) for probe in job.probes]
     return ModelRun(
-        drive.record.samples,
-        drive.record.events[: s.impacts].copy(),
-        np.array(seen, dtype=np.float64).reshape(len(seen), len(times)),
-        drive.ledger(piezo, exact),
-        int(s.accepted),
-        time.perf_counter() - middle,
-        middle - begin,
+        samples=drive.record.samples,
+        events=drive.record.events[: s.impacts].copy(),
+        probed=np.array(seen, dtype=np.float64).reshape(len(seen), len(times)),
+        ledger=drive.ledger(piezo, exact),
+        steps=int(s.accepted),
+        seconds=time.perf_counter() - middle,
+        compilation=middle - begin,
     )
-
-
-def noise_of(job: ModelJob) -> Floats:
-    """Normal variates of the halves of each step, shape (steps, 2).
-
-    Half a step of a coarser job is a whole one of the finer, whose halves have the coarse variate as
-    their sum: (n + z)/sqrt 2 and (n - z)/sqrt 2, with z independent of n.
-    """
-    seed = np.random.SeedSequence(job.seed, spawn_key=(job.path,) if job.path else ())
-    first, *others = [seed, *seed.spawn(job.halvings)]
-    variates = np.random.default_rng(first).standard_normal((job.steps >> job.halvings, 2)).ravel()
-    for finer in others:
-        z = np.random.default_rng(finer).standard_normal(len(variates))
-        halves = np.stack([variates + z, variates - z], axis=1)
-        variates = (math.sqrt(0.5) * halves).ravel()
-    return variates.reshape(job.steps, 2)
 
 
 def _bound(model: Any) -> Functions:
@@ -198,7 +186,13 @@ def _deck(job: ModelJob, drive: ModelDrive) -> Any:
     vectors = vectors_of(job.probes)
     if isinstance(job.port, Coil):
         return coil_deck(
-            job.load, job.port.resistance, job.port.inductance, times, volts, tolerance, vectors
+            job.load,
+            job.port.resistance,
+            inductance=job.port.inductance,
+            times=times,
+            volts=volts,
+            reltol=tolerance,
+            probes=vectors,
         )
     s: Any = drive.state[0]
     begin = float(s.volts * s.driven), 0.0, 0.0

@@ -240,12 +240,28 @@ def _control(
 
     if isinstance(device.ideal, CompiledCircuit):
         return device.ideal.path_moments(
-            device.eqs, noise, device.h, device.stride, burn_in, blocks, start, shaking
+            device.eqs,
+            noise,
+            h=device.h,
+            stride=device.stride,
+            discard=burn_in,
+            batches=blocks,
+            start=start,
+            shaking=shaking,
         )
     eqs, rule = device.eqs, device.ngspice_rule
     start = (0.0, 0.0, 0.0, 0.0) if rule else start
     begin = *mechanics_of(eqs).started(start), start[3]
-    path = trace(eqs, noise, device.h, device.stride, begin, shaking, device.ideal, rule)
+    path = trace(
+        eqs,
+        noise,
+        h=device.h,
+        stride=device.stride,
+        start=begin,
+        shaking=shaking,
+        circuit=device.ideal,
+        ngspice_rule=rule,
+    )
     return from_path(eqs, path, burn_in, blocks, device.ideal)
 
 

@@ -100,7 +100,9 @@ def same_motion_means(
     assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
     shaking = forcing(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
     (motion, state) = circuit.begun(device.eqs, start)
-    reference = circuit.trace(device.eqs, noise, device.h, 1, motion, state, shaking)
+    reference = circuit.trace(
+        device.eqs, noise, h=device.h, stride=1, start=motion, state=state, shaking=shaking
+    )
     modal = start[4][len(state) :]
     begin = (*start[:4], modal) if modal.size else start
     drive = new_drive(device, noise, 0.0, shaking, begin)

@@ -188,7 +188,13 @@ def _coloured(eqs: Equations, probe: Probed, within: float, pace: Pace) -> Answe
         best = solution(eqs, setting, base.form.mesh, probe.modes, pace)
         off = np.abs(best.means - before.means)
     return Answer(
-        best.means, mesh_error, probe.modes_error + off, probe.box_error, best, finer, setting
+        means=best.means,
+        mesh_error=mesh_error,
+        modes_error=probe.modes_error + off,
+        box_error=probe.box_error,
+        solution=best,
+        coarser=finer,
+        setting=setting,
     )
 
 
@@ -249,7 +255,13 @@ def refined(
         finer = solution(eqs, probe.setting, on, probe.modes, pace)
         off = np.abs(finer.means - coarse.means)
         best = Answer(
-            finer.means, off, probe.modes_error, probe.box_error, finer, coarse, probe.setting
+            means=finer.means,
+            mesh_error=off,
+            modes_error=probe.modes_error,
+            box_error=probe.box_error,
+            solution=finer,
+            coarser=coarse,
+            setting=probe.setting,
         )
         coarse = finer
         first = first or best.share

@@ -133,13 +133,13 @@ def lumped(beam: Beam, modes: int = 1) -> Lumped:
     )
     coupling = vartheta * first.slope * sigma
     return Lumped(
-        sigma**2,
-        first.w2 * sigma**2,
-        coupling,
-        capacitance,
-        first.tip * sigma,
-        abs(strain),
-        higher_modes,
+        mass=sigma**2,
+        stiffness=first.w2 * sigma**2,
+        coupling=coupling,
+        capacitance=capacitance,
+        tip=first.tip * sigma,
+        strain=abs(strain),
+        higher_modes=higher_modes,
     )
 
 

@@ -4,10 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from harvester.cosimulation.model_protocol import NEEDED
 from harvester.engines.protocol import AnyScene
-from harvester.errors import InputError
+from harvester.errors import CannotServeError, InputError, names_arguments
 
 
+@names_arguments
 def export(
     scene: AnyScene,
     out: str | Path,
@@ -18,7 +20,7 @@ def export(
     fmi: int | None = None,
     platforms: str | Sequence[str] | None = None,
     seed: int = 0,
-) -> None:
+) -> Path:
     """Write a scene's device as a part: an FMU to a file ``.fmu``, else a subcircuit.
 
     >>> import harvester as hv
@@ -50,6 +52,11 @@ def export(
     seed
         draws noise that is written into the part.
 
+    Returns
+    -------
+    Path
+        that of the file.
+
     Raises
     ------
     InputError
@@ -57,10 +64,15 @@ def export(
         written.
     CannotServeError
         for an effect that a part lacks, such as noise on the stiffness in a subcircuit, or several
-        modes in an FMU.
+        modes in an FMU; and for a model of `cosimulate` in place of a scene.
     MissingProgramError
         for an FMU without the package ziglang.
     """
+    if all(callable(getattr(scene, name, None)) for name in NEEDED):
+        raise CannotServeError(
+            "a part must be a Scene, for a model of `cosimulate` has no list of its numbers and "
+            "units: simulate it with `cosimulate`"
+        )
     is_fmu = str(out).endswith(".fmu")
     of_subcircuit = {"name": name, "duration": duration}
     of_fmu = {"circuit": circuit, "fmi": fmi, "platforms": platforms}
@@ -79,3 +91,4 @@ def export(
         from harvester.devices.export import export as export_subcircuit
 
         export_subcircuit(scene, out, seed=seed, **given)
+    return Path(out)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
 from harvester.engines.moment_existence import existence
-from harvester.engines.not_periodic import not_periodic
+from harvester.engines.not_periodic import sampled_instead
 from harvester.engines.options import number
 from harvester.engines.protocol import (
     AnyScene,
@@ -130,10 +130,8 @@ class Compiled(Ensemble):
             return self.run_from(problem, None, progress, judged)
         patient = (self.within, self.budget) != (None, None)
         bounded = self if patient else dataclasses.replace(self, budget=LONGEST_SAMPLING)
-        answer = super(Compiled, bounded).run(problem, progress)
-        return dataclasses.replace(
-            answer, diagnostics=(*answer.diagnostics, not_periodic(problem))
-        ), None
+        sampling = super(Compiled, bounded).run
+        return sampled_instead(problem, lambda: sampling(problem, progress)), None
 
     def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":
         """Those of the circuit made of ideal elements under white noise, if the netlist has them."""

@@ -95,7 +95,16 @@ def steady_answer(
     steps = sum(response.steps for response in periods.responses)
     seconds = time.perf_counter() - begin - compiling.seconds
     watts = power.scaled(1.0 / problem.scales.watts)
-    return estimate(name, problem, v2, watts, diagnostics, seconds, steps, details), last
+    return estimate(
+        name,
+        problem,
+        v2=v2,
+        power=watts,
+        diagnostics=diagnostics,
+        seconds=seconds,
+        steps=steps,
+        details=details,
+    ), last
 
 
 def _judge(problem: Problem) -> Diagnostic:

@@ -56,7 +56,15 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
         shaking = forcing(eqs, period / n, n)
         assert shaking is not None, "it is driven"
         at = (round(phase * n) + np.arange(n * periods + 1)) % n
-        path = trace(eqs, np.zeros(n * periods), period / n, 1, tuple(start), shaking[at], circuit)
+        path = trace(
+            eqs,
+            np.zeros(n * periods),
+            h=period / n,
+            stride=1,
+            start=tuple(start),
+            shaking=shaking[at],
+            circuit=circuit,
+        )
         x, voltage = (
             path.samples[-2 * MULTIPLES * n :, columns].reshape(2, -1)
             for columns in ([0, 2], [1, 4])

@@ -281,7 +281,13 @@ class Ensemble(MonteCarloOptions, Engine):
 
             settle_from(trajectories, pilot, number(self.budget), begin - compiled)
         return EnsembleSetup(
-            problem, model, trajectories, diagnostics, begin, begin - compiled, first.seconds
+            problem=problem,
+            model=model,
+            trajectories=trajectories,
+            diagnostics=diagnostics,
+            begin=begin,
+            budget_begin=begin - compiled,
+            compilation_seconds=first.seconds,
         )
 
     def _first_samples(self, setup: EnsembleSetup, progress: Progress | None) -> "EnsembleSampler":

@@ -1,29 +1,61 @@
 """Why the response of a circuit to a steady drive does not repeat: the likely cause, as data."""
 
+import dataclasses
 import math
+from collections.abc import Callable
 
+from harvester.answers.estimate import Estimate
+from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
+from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import Diagnostic, note
 
 PERIODS = 100.0  # of the drive: a store that takes longer to settle is the likely cause
-_RHYTHM = "sw"  # letters of switches, which with their hysteresis have a rhythm of their own
+SWITCHES, PASSIVE = "sw", "rcldkv"  # letters of elements; all others may amplify
+
+
+def slow_store(problem: Problem) -> float | None:
+    """How long a store settles (in the unit of the scene) that needs more than `PERIODS`; None without one."""
+    storage = (problem.circuit and problem.circuit.storage) or 0.0  # s
+    settling = storage * problem.scales.frequency
+    if settling * (problem.equations.drive_frequency or 0.0) <= 2.0 * math.pi * PERIODS:
+        return None
+    return settling / problem.units.frequency
 
 
 def not_periodic(problem: Problem) -> Diagnostic:
     """The note of a response that does not repeat, with its likely cause.
 
-    A store's time is in the unit of the scene.
+    Searches for periodic responses leave out initial conditions, but the runs that are sampled
+    instead begin with them.
     """
+    parts = problem.circuit.parts if problem.circuit else ()
+    kinds = {part.kind for part in parts}
+    store = slow_store(problem)
     cause = ""
-    circuit = problem.circuit
-    parts = circuit.parts if circuit else ()
-    storage = (circuit and circuit.storage) or 0.0  # s
-    settling = storage * problem.scales.frequency
-    if settling * (problem.equations.drive_frequency or 0.0) > 2.0 * math.pi * PERIODS:
+    if store is not None:
         cause = "store"
-    elif any(part.kind in _RHYTHM for part in parts):
+    elif kinds & set(SWITCHES):
         cause = "rhythm"
-    elif any("ic" in part.options for part in parts):
-        cause = "initial"
-    time = settling / problem.units.frequency
-    return note("not_periodic", cause=cause, time=time, physical=problem.physical)
+    elif kinds - set(PASSIVE):
+        cause = "oscillates"
+    elif linear_growth(problem.equations) is None:
+        cause = "mass"
+    return note(
+        "not_periodic",
+        cause=cause,
+        initial=any(part.options.get("ic") for part in parts),
+        time=store or 0.0,
+        physical=problem.physical,
+    )
+
+
+def sampled_instead(problem: Problem, sampling: Callable[[], Estimate]) -> Estimate:
+    """The answer of a ``sampling`` in place of a response that does not repeat; it, or its error, names a cause."""
+    cause = not_periodic(problem)
+    try:
+        answer = sampling()
+    except SimulationError as error:
+        error.args = (f"{error}; {cause}",)
+        raise
+    return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, cause))

@@ -146,12 +146,12 @@ class Slow(Request, Engine):
         return estimate(
             self.NAME,
             problem,
-            solution.square.scaled(scales.volts**-2),
-            power.scaled(1.0 / scales.watts),
-            diagnostics,
-            time.perf_counter() - begin,
-            solution.steps,
-            {"duration": solution.duration, "step": solution.slow_step, **solution.load},
+            v2=solution.square.scaled(scales.volts**-2),
+            power=power.scaled(1.0 / scales.watts),
+            diagnostics=diagnostics,
+            seconds=time.perf_counter() - begin,
+            steps=solution.steps,
+            details={"duration": solution.duration, "step": solution.slow_step, **solution.load},
         )
 
     def _directly(
@@ -183,12 +183,12 @@ class Slow(Request, Engine):
         return estimate(
             self.NAME,
             problem,
-            v2,
-            power,
-            [],
-            time.perf_counter() - begin,
-            path.steps,
-            of_load(path),
+            v2=v2,
+            power=power,
+            diagnostics=[],
+            seconds=time.perf_counter() - begin,
+            steps=path.steps,
+            details=of_load(path),
         )
 
     def _parted(self, scene: AnyScene) -> "tuple[Problem, Cut]":

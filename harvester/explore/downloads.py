@@ -3,7 +3,7 @@
 import dataclasses
 from typing import Any
 
-from harvester import figures, report
+from harvester import report
 from harvester.errors import SimulationError
 from harvester.explore.live import Live
 from harvester.studies.output_folder import provenance
@@ -44,7 +44,10 @@ def _at(live: Live, x: float, row: SweepRow) -> SweepRow:
 
 def figure(live: Live, runs: list[dict[str, Any]], form: str) -> bytes:
     """The figure of the table: png or svg."""
-    return figures.image(table(live, runs).plot(), form)
+    drawn = table(live, runs).plot()
+    from harvester.presentation.plot import image  # and with it matplotlib, which has drawn it
+
+    return image(drawn, form)
 
 
 def page(live: Live, runs: list[dict[str, Any]]) -> str:

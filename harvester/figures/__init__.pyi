@@ -16,9 +16,6 @@ from .papers import paper as paper
 from .papers import region as region
 from .records import record as record
 from .responses import response as response
-from .style import Plot as Plot
-from .style import image as image
 from .style import new as new
-from .style import save as save
 from .sweeps import sweep as sweep
 from .tolerances import tolerance as tolerance

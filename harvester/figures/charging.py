@@ -3,8 +3,9 @@
 from typing import Any
 
 from harvester.figures.quantities import Scale, amount, scale
-from harvester.figures.shapes import ChargingShape
-from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import WIDTH, entitle, legend, new
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.charging.answer import ChargingResult
 
 _INK = "#0072B2"
 _PALE = "#9ecae9"
@@ -13,7 +14,7 @@ _POWER = "#009E73"
 _SEEN = 0.01  # of a value: a shorter bar is hidden by its mark
 
 
-def charging(answer: ChargingShape, title: str | None) -> Plot:
+def charging(answer: ChargingResult, title: str | None) -> Plot:
     """Draw the voltage over time; for several runs also the fraction at the target, and the storage power."""
     of = answer.unit_names
     several = answer.stderr is not None
@@ -49,13 +50,13 @@ def charging(answer: ChargingShape, title: str | None) -> Plot:
     return figure
 
 
-def _called(answer: ChargingShape) -> str:
+def _called(answer: ChargingResult) -> str:
     """The probe as an axis names it: a node by its measured quantity, an expression unchanged."""
     kind = {"V": "voltage of ", "A": "current of ", "W": "power of "}.get(answer.unit, "")
     return answer.probe if "(" in answer.probe else f"{kind}{answer.probe}"
 
 
-def _draw_voltage(curve: Any, answer: ChargingShape, time: Scale, volt: Scale) -> None:
+def _draw_voltage(curve: Any, answer: ChargingResult, time: Scale, volt: Scale) -> None:
     """Draw the probe over time with its band, the target, and when it is reached."""
     t = answer.t / time.factor
     several = answer.stderr is not None
@@ -77,7 +78,7 @@ def _draw_voltage(curve: Any, answer: ChargingShape, time: Scale, volt: Scale) -
     curve.set_ylabel(volt.label)
 
 
-def _draw_power(axes: Any, answer: ChargingShape, factor: float, label: str) -> None:
+def _draw_power(axes: Any, answer: ChargingResult, factor: float, label: str) -> None:
     """Draw the mean power between the levels against the voltage midway."""
     middles, powers = [], []
     below = 0.0

@@ -2,17 +2,18 @@
 
 import numpy as np
 
+from harvester.cosimulation.coupled_models import Cosimulation
 from harvester.figures.quantities import broken, scale
-from harvester.figures.style import WIDTH, Plot, entitle, new, styled
-from harvester.presentation.table import Table
+from harvester.figures.style import WIDTH, entitle, new
+from harvester.presentation.plot import Plot, styled
 
 _MOST, _ROWS = 4000, 8  # points of a line, and quantities
 _INK = "#0072B2"
 
 
-def cosimulation(path: Table, title: str | None) -> Plot:
+def cosimulation(answer: Cosimulation, title: str | None) -> Plot:
     """Draw the columns of a path over the first of them, its time."""
-    time, *columns = path.columns
+    time, *columns = answer.table.columns
     columns = columns[:_ROWS]
     t = np.asarray(time.cells, dtype=float)
     of_time = scale("time", time.unit, t)

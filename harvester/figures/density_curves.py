@@ -7,14 +7,15 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.figures.motions import bins, time_spent
 from harvester.figures.quantities import scale
-from harvester.figures.shapes import DensitiesShape
-from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import WIDTH, entitle, legend, new
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.stationary_densities import Densities
 
 _INK, _PALE = "#661100", "0.8"
 _LEAST = 1e-5  # of the peak: where a density ends on the picture
 
 
-def densities(result: DensitiesShape, title: str | None) -> Plot:
+def densities(result: Densities, title: str | None) -> Plot:
     """Draw the densities of displacement and voltage, alone and together, impact speeds and the voltage's spectrum."""
     u, path = result.unit_names, result.path
     settled = path.time >= 0.25 * path.time[-1]

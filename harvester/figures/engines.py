@@ -1,18 +1,21 @@
 """The figures of engines: the errors of one answer, several answers side by side, and the cost of accuracy."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
+from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.figures.labels import Label, write_labels
 from harvester.figures.quantities import Scale, logarithm, scale
-from harvester.figures.shapes import EstimateShape, PathShape
-from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import INK, WIDTH, entitle, legend, new
 from harvester.presentation.engine_look import look as look_of
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.compare import Comparison, PathComparison
+from harvester.studies.work_precision.cost_table import Cost
 from harvester.uncertainty.value import Value, percent
 
 _SHOWN = 0.4  # of the path, its end
@@ -22,7 +25,7 @@ _SEEN = 1e-5  # of the power: a smaller error is not written beside it
 _HATCHES = {"sampling, 95 %": "", "step": "////", "model, estimated": "...."}
 
 
-def estimate(answer: EstimateShape, title: str | None) -> Plot:
+def estimate(answer: Estimate, title: str | None) -> Plot:
     """Draw bars of the mean power's errors in percent of it, and of the ledger's powers; an unknown error is named."""
     flows = {k.removeprefix(_LEDGER): v for k, v in answer.details.items() if k.startswith(_LEDGER)}
     flows.pop("residual", None)
@@ -48,7 +51,7 @@ def estimate(answer: EstimateShape, title: str | None) -> Plot:
     return figure
 
 
-def _errors(here: Axes, answer: EstimateShape) -> None:
+def _errors(here: Axes, answer: Estimate) -> None:
     """Draw the sampling errors, step and model as a bar each."""
     power = answer.mean_power
     parts = {
@@ -89,14 +92,13 @@ def _errors(here: Axes, answer: EstimateShape) -> None:
     here.grid(visible=False, axis="y")
 
 
-def comparison(
-    estimates: Sequence[EstimateShape], curves: Sequence[PathShape], title: str | None
-) -> Plot:
+def comparison(answer: Comparison, title: str | None) -> Plot:
     """Draw each engine's power with its total error, and V of one path from three sources, with and without the stop.
 
     The axis of the powers need not begin at zero: differences and errors are compared.
     """
-    paths = len(curves)
+    estimates = answer.estimates
+    paths = len(answer.paths)
     height = 0.7 + 0.34 * len(estimates)
     with styled():
         size = (WIDTH, 1.2 + height + 1.9 * paths)
@@ -104,7 +106,7 @@ def comparison(
             1 + paths, 1, size, squeeze=False, height_ratios=[height, *paths * [1.9]]
         )
         _powers(axes[0, 0], estimates)
-        for panel, path in zip(axes[1:, 0], curves, strict=True):
+        for panel, path in zip(axes[1:, 0], answer.paths, strict=True):
             _path(panel, path)
             panel.set_xlabel(panel.get_xlabel() if panel is axes[-1, 0] else "")
         entitle(figure, title, "Do the engines agree on the mean power?")
@@ -112,7 +114,7 @@ def comparison(
     return figure
 
 
-def _powers(powers: Axes, estimates: Sequence[EstimateShape]) -> None:
+def _powers(powers: Axes, estimates: Sequence[Estimate]) -> None:
     """Draw each engine's mean power with its error, and write both next to it."""
     values = [e.mean_power.value for e in estimates]
     x = scale("mean power", estimates[0].unit_names.power, values)
@@ -163,7 +165,7 @@ def in_words(power: Value, unit: str) -> str:
     return f"{_with_error(power.scaled(1.0 / of.factor))} {of.label[2:-1]}".rstrip()
 
 
-def _path(panel: Axes, path: PathShape) -> None:
+def _path(panel: Axes, path: PathComparison) -> None:
     """Draw the end of one path: V from ngspice, from the exact update, and as the published theory decouples it."""
     shown = path.t > (1.0 - _SHOWN) * path.t[-1]
     clock = scale("time", path.unit_names.time, path.t[shown])
@@ -193,12 +195,12 @@ def _relative_place(value: float, values: list[float]) -> float:
     return (value - min(values)) / room if room > 0.0 else 0.0
 
 
-def _label(answer: EstimateShape) -> str:
+def _label(answer: Estimate) -> str:
     """The label of an engine, which reports it if there is no error to draw."""
     return answer.engine if answer.mean_power.error95 else f"{answer.engine}\n(error not known)"
 
 
-def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) -> Plot:
+def cost(answer: Cost, title: str | None) -> Plot:
     """Draw total error against seconds: points of (engine, seconds, relative error, whether on the Pareto front).
 
     Each engine, `MOST_ENGINES` at most, has a line through those of its points that none of its own
@@ -206,8 +208,9 @@ def cost(points: Iterable[tuple[str, float, float, bool]], title: str | None) ->
     is a hollow mark of the same colour.
     """
     shown = [
-        (*engine.partition(", ")[::2], seconds, 100.0 * error, best)
-        for engine, seconds, error, best in points
+        (*row.engine.partition(", ")[::2], row.seconds, 100.0 * row.total_error, row.best)
+        for row in answer.rows
+        if row.seconds and row.total_error
     ]
     whole = dict.fromkeys(p[0] for p in shown if not p[1])
     first = sorted(whole, key=lambda name: not any(p[4] for p in shown if p[0] == name))

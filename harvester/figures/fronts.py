@@ -3,14 +3,15 @@
 from collections.abc import Sequence
 
 from harvester.figures.quantities import scale
-from harvester.figures.shapes import FrontPointShape, FrontShape
-from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import WIDTH, entitle, legend, new
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.optimum.pareto_front import FrontPoint, ParetoFront
 
 _INK = "#0072B2"
 LEAST = 1e-6  # of the power: an error that can be seen
 
 
-def front(answer: FrontShape, title: str | None) -> Plot:
+def front(answer: ParetoFront, title: str | None) -> Plot:
     """Draw the power of each design against its other quantity, joined in their order."""
     x = scale(
         answer.quantity.replace("_", " "), answer.unit, [point.quantity for point in answer.points]
@@ -41,7 +42,7 @@ def front(answer: FrontShape, title: str | None) -> Plot:
     return figure
 
 
-def _numbers(designs: Sequence[FrontPointShape], x: float, y: float) -> tuple[list[float], ...]:
+def _numbers(designs: Sequence[FrontPoint], x: float, y: float) -> tuple[list[float], ...]:
     """The quantities, powers, and errors of powers and of quantities of designs, in units of ``x`` and ``y``."""
     powers = [(point.mean_power.value / y, point.mean_power.known_error95 / y) for point in designs]
     rows = [

@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from harvester.figures.quantities import scale
-from harvester.figures.shapes import IdentifiedShape
-from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import WIDTH, entitle, legend, new
+from harvester.identification.identification_result import IdentificationResult
+from harvester.presentation.plot import Plot, styled
 
 _POINTS: dict[str, Any] = {
     "linestyle": "none",
@@ -20,7 +21,7 @@ _LINE: dict[str, Any] = {"linewidth": 1.0, "color": "0.1"}
 MOST = 6  # measurements that are drawn
 
 
-def identification(result: IdentifiedShape, title: str | None) -> Plot:
+def identification(result: IdentificationResult, title: str | None) -> Plot:
     """Draw sizes, phases and ring-downs with their fits, and each one's residual over its noise."""
     curves = result.curves()[: 2 * MOST]
     across = 2 if len(curves) > 1 else 1

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
 from harvester.arrays import Floats
-from harvester.figures.style import styled
+from harvester.presentation.plot import styled
 
 _EVERY = 4.0  # pixels between the places of a line that a label keeps clear of
 _AWAY = 7.0  # points from a label to its mark

@@ -8,8 +8,9 @@ from matplotlib.ticker import MaxNLocator
 
 from harvester.arrays import Floats
 from harvester.figures.quantities import Scale, broken, scale
-from harvester.figures.shapes import MotionShape
-from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import WIDTH, entitle, legend, new
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.motion import Motion
 
 _INK, _PALE = "#0072B2", "0.72"
 _STOP: dict[str, Any] = {"color": "#D55E00", "linewidth": 1.0, "linestyle": (0, (5, 2))}
@@ -29,14 +30,14 @@ _ROUND = [1, 2, 2.5, 5, 10]  # times a power of ten: steps between ticks
 class _Drawn:
     """A path as it is drawn: values over their scales, and the places of its readings."""
 
-    path: MotionShape
+    path: Motion
     scales: dict[str, Scale]
     values: dict[str, Floats]
     probes: list[str]
     stops: list[float]
 
     @staticmethod
-    def of(path: MotionShape) -> "_Drawn":
+    def of(path: Motion) -> "_Drawn":
         """The path, with the scales of the part that is shown."""
         u = path.unit_names
         probes = list(path.probes)[:_PROBES]
@@ -83,7 +84,7 @@ class _Drawn:
         ]
 
 
-def motion(path: MotionShape, title: str | None) -> Plot:
+def motion(path: Motion, title: str | None) -> Plot:
     """Draw displacement, voltage and probes of the part shown, phase plane and densities; stops are dashed lines."""
     drawn = _Drawn.of(path)
     rows = len(drawn.over_time)
@@ -175,7 +176,7 @@ def _densities(column: Any, drawn: _Drawn) -> None:
         column[0].axvline(stop, **_STOP)
 
 
-def _but_rounding(probe: Floats, path: MotionShape, of_voltage: bool) -> Floats:
+def _but_rounding(probe: Floats, path: Motion, of_voltage: bool) -> Floats:
     """A probe, or zeros if all of it is the rounding error of a difference of two nodes' voltages.
 
     Such as the output of a chip that does not run yet: femtovolts on an axis of its own would look
@@ -185,7 +186,7 @@ def _but_rounding(probe: Floats, path: MotionShape, of_voltage: bool) -> Floats:
     return np.zeros_like(probe) if quiet else probe
 
 
-def _between(path: MotionShape, start: float, x: Floats, v: Floats) -> tuple[Floats, Floats]:
+def _between(path: Motion, start: float, x: Floats, v: Floats) -> tuple[Floats, Floats]:
     """At most `_DOTS` places after the time ``start``, at times without a common period, so that they make no spokes.
 
     They lie on the lines between readings; none is used if an impact turned the velocity

@@ -1,8 +1,10 @@
 """The figures of a sensor's supply: the voltage of a node's store, and the circuits that a design chose from."""
 
 from harvester.figures.quantities import Scale, amount, scale
-from harvester.figures.shapes import DesignShape, NodeShape
-from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import INK, WIDTH, entitle, legend, new
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.design.design_result import DesignResult
+from harvester.studies.node import NodeResult
 
 HOUR = 3600.0  # s
 _CHOSEN = "#0072B2"
@@ -10,7 +12,7 @@ _MEETS = "#56B4E9"
 _FAILS = "0.85"
 
 
-def node(answer: NodeShape, title: str | None) -> Plot:
+def node(answer: NodeResult, title: str | None) -> Plot:
     """Draw the store's voltage over time."""
     volt = scale("voltage of the store", "V", [*answer.voltage, *answer.thresholds])
     in_hours = answer.t[-1] > 2.0 * HOUR
@@ -48,7 +50,7 @@ def node(answer: NodeShape, title: str | None) -> Plot:
     return figure
 
 
-def design(answer: DesignShape, title: str | None) -> Plot:
+def design(answer: DesignResult, title: str | None) -> Plot:
     """Draw each circuit's power with its total error, next to the required one; the chosen one is first."""
     x = scale(
         "power available at the voltage needed",

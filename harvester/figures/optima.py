@@ -10,10 +10,12 @@ from matplotlib.axes import Axes
 from harvester.arrays import Floats
 from harvester.figures.engines import in_words
 from harvester.figures.quantities import amount, broken, mark, quantity, scale
-from harvester.figures.shapes import BestKeyShape, EvaluationShape, OptimumShape
 from harvester.figures.smoothing import local_fit, smooth
-from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import INK, WIDTH, entitle, legend, new
 from harvester.presentation.engine_look import look as look_of
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.optimum.evaluations import Evaluation
+from harvester.studies.optimum.optimum_result import OptimalKey, Optimum
 
 _BARS = "Bars: 95 % sampling + step + model, as far as stated."
 _MAP = "Map: a smooth surface through the evaluations; white without any nearby."
@@ -36,7 +38,7 @@ class _Evaluations:
 
     @classmethod
     def of(
-        cls, some: Sequence[EvaluationShape], keys: Sequence[BestKeyShape], unit: float
+        cls, some: Sequence[Evaluation], keys: Sequence[OptimalKey], unit: float
     ) -> "_Evaluations":
         """Those of an answer; powers are divided by ``unit``."""
         powers = [evaluation.power for evaluation in some if evaluation.power is not None]
@@ -64,7 +66,7 @@ class _Evaluations:
         return self.error if self.error.any() and len(self.x) <= _MOST_BARS else None
 
 
-def optimum(answer: OptimumShape, title: str | None) -> Plot:
+def optimum(answer: Optimum, title: str | None) -> Plot:
     """Draw the engine's evaluations, the optimum and its interval: a map over two keys, else a panel for each.
 
     Evaluations that are not sound are left out, and counted below, unless there are no others.
@@ -101,14 +103,14 @@ def optimum(answer: OptimumShape, title: str | None) -> Plot:
     return figure
 
 
-def _sound(answer: OptimumShape) -> tuple[list[EvaluationShape], int]:
+def _sound(answer: Optimum) -> tuple[list[Evaluation], int]:
     """The engine's evaluations that have an answer: those that are sound, or all if none is; how many are left."""
     known = [p for p in answer.own_points if p.power is not None]
     sound = [p for p in known if p.is_sound] or known
     return sound, len(known) - len(sound)
 
 
-def _star(answer: OptimumShape) -> str:
+def _star(answer: Optimum) -> str:
     """The meaning of the star, with its numbers: no optimum if most of the range was never looked at."""
     what = "optimum" if answer.scanned else "highest so far: the scan was cut short"
     power = in_words(answer.estimate.mean_power, answer.estimate.unit_names.power)
@@ -119,7 +121,7 @@ def _star(answer: OptimumShape) -> str:
 
 
 def _panel(
-    here: Axes, answer: OptimumShape, number: int, evaluations: _Evaluations, unit: float
+    here: Axes, answer: Optimum, number: int, evaluations: _Evaluations, unit: float
 ) -> None:
     """Draw the evaluations against one key, whatever the values of the others."""
     key = answer.keys[number]
@@ -160,7 +162,7 @@ def _panel(
     )
 
 
-def _local_fit(here: Axes, key: BestKeyShape, evaluations: _Evaluations, colour: str) -> None:
+def _local_fit(here: Axes, key: OptimalKey, evaluations: _Evaluations, colour: str) -> None:
     """Draw the parabola through the evaluations about the best value, and its band."""
     if not len(evaluations.positions):
         return
@@ -178,7 +180,7 @@ def _local_fit(here: Axes, key: BestKeyShape, evaluations: _Evaluations, colour:
     here.plot(x, line, color=INK, linewidth=1.6, zorder=4, label="local fit, with its 95 % band")
 
 
-def _plane(here: Axes, answer: OptimumShape, evaluations: _Evaluations, label: str) -> None:
+def _plane(here: Axes, answer: Optimum, evaluations: _Evaluations, label: str) -> None:
     """Draw a smooth map over two keys, made as they were searched: by ratio if the axis is logarithmic."""
     first, second = answer.keys
     ranges = zip((here.xaxis, here.yaxis), (first.range, second.range), strict=True)

@@ -9,9 +9,11 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from harvester.figures.quantities import broken, logarithm, scale
-from harvester.figures.shapes import PaperPointShape, TheoriesShape
-from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, paler, styled
+from harvester.figures.style import INK, WIDTH, entitle, legend, new, paler
 from harvester.presentation.engine_look import look as look_of
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.paper import FigurePoint, PaperFigure
+from harvester.studies.stability.exponent import Stability
 
 # of the first, second and third curve
 _MARKERS = "so^"
@@ -28,8 +30,9 @@ _NAMES = {
 }
 
 
-def paper(points: Sequence[PaperPointShape], title: str | None) -> Plot:
+def paper(answer: PaperFigure, title: str | None) -> Plot:
     """Draw the panels of one of the paper's figures: published, ours, and Monte Carlo with 95 % intervals."""
+    points = answer.points
     panels = list(dict.fromkeys(p.panel for p in points))
     curves = list(dict.fromkeys(p.curve for p in points))
     with styled():
@@ -50,7 +53,7 @@ def paper(points: Sequence[PaperPointShape], title: str | None) -> Plot:
     return figure
 
 
-def _curve(here: Axes, rows: Sequence[PaperPointShape], unit: float, number: int) -> None:
+def _curve(here: Axes, rows: Sequence[FigurePoint], unit: float, number: int) -> None:
     """Draw one curve of the three sources, in paler colours for each next ``number``."""
     x, y = np.array([p.x for p in rows]), np.array([p.ensemble for p in rows])
     for name in ("published", "averaged"):
@@ -88,7 +91,7 @@ def _curve(here: Axes, rows: Sequence[PaperPointShape], unit: float, number: int
     )
 
 
-def _label(here: Axes, panel: str, rows: Sequence[PaperPointShape], most: int) -> float:
+def _label(here: Axes, panel: str, rows: Sequence[FigurePoint], most: int) -> float:
     """Label a panel's axes, all nondimensional, and return the divisor of the values."""
     what, _, against = panel.partition(" against ")
     if not against:
@@ -103,8 +106,10 @@ def _label(here: Axes, panel: str, rows: Sequence[PaperPointShape], most: int) -
     return y.factor
 
 
-def region(mu: Sequence[float], edges: Sequence[TheoriesShape], title: str | None) -> Plot:
+def region(answer: Stability, title: str | None) -> Plot:
     """Draw the boundary of stability in the plane (mu, D22): published, ours, and Monte Carlo with 95 % intervals."""
+    edges = answer.region
+    mu = [edge.mu for edge in edges]
     finite = [v for e in edges for v in (e.published, e.averaged, e.ensemble) if np.isfinite(v)]
     top = 1.3 * max(finite, default=1.0) or 1.0
     y = scale("noise D22 at the stability limit of rest", "", [top])

@@ -4,8 +4,9 @@ import numpy as np
 from matplotlib.colors import LogNorm
 
 from harvester.arrays import Floats
-from harvester.figures.shapes import RecordShape
-from harvester.figures.style import WIDTH, Plot, entitle, new, styled
+from harvester.figures.style import WIDTH, entitle, new
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.record import RecordAnswer
 
 _LINE = "#0072B2"
 MOST = 20_000  # points of the curve over time
@@ -24,7 +25,7 @@ def _outline(times: Floats, values: Floats) -> tuple[Floats, Floats]:
     return times[at], values[at]
 
 
-def record(answer: RecordShape, title: str | None) -> Plot:
+def record(answer: RecordAnswer, title: str | None) -> Plot:
     """Draw a record's acceleration, Welch's density, the spectrogram and the rms by octave."""
     cleaned = answer.record
     with styled():

@@ -9,15 +9,16 @@ from matplotlib.colors import LogNorm, Normalize
 
 from harvester.arrays import Floats
 from harvester.figures.quantities import mark, plain, quantity, scale
-from harvester.figures.shapes import ResponseShape
-from harvester.figures.style import WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import WIDTH, entitle, legend, new
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.frequency_response.curve import FrequencyResponse
 
 FEWEST = 7  # values of one key: fewer are curves
 DECADES = 30.0  # ratio of the powers from which the colours go by ratio
 DEEPEST = 1e4  # the same, shown at most
 
 
-def is_map(answers: Sequence[ResponseShape]) -> bool:
+def is_map(answers: Sequence[FrequencyResponse]) -> bool:
     """Whether responses are those of one engine at many values of one key."""
     return (
         len({a.engine for a in answers}) == 1
@@ -26,7 +27,7 @@ def is_map(answers: Sequence[ResponseShape]) -> bool:
     )
 
 
-def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: bool) -> Plot:
+def response_map(answers: Sequence[FrequencyResponse], title: str | None, per_g: bool) -> Plot:
     """Draw a map of the power for each direction (one if they are alike), and the largest of each value as a line.
 
     ``per_g``: the power over the square of the base's amplitude.
@@ -62,7 +63,9 @@ def response_map(answers: Sequence[ResponseShape], title: str | None, per_g: boo
     return figure
 
 
-def _common(answers: Sequence[ResponseShape], per_g: bool) -> tuple[list[float], dict[str, Floats]]:
+def _common(
+    answers: Sequence[FrequencyResponse], per_g: bool
+) -> tuple[list[float], dict[str, Floats]]:
     """The frequencies that all responses have, and by direction the powers there, shape (responses, frequencies)."""
     directions = answers[0].directions
     at = sorted(
@@ -94,7 +97,7 @@ def _heights(panel: Axes, key: str, values: Floats) -> Floats:
 
 
 def _powers(
-    answer: ResponseShape, direction: str, frequencies: Sequence[float], per_g: bool
+    answer: FrequencyResponse, direction: str, frequencies: Sequence[float], per_g: bool
 ) -> list[float]:
     """The mean powers of one response at some of its frequencies."""
     of = {p.frequency: p.mean_power.value for p in answer.sweep(direction)}
@@ -103,7 +106,7 @@ def _powers(
 
 
 def _crest(
-    panel: Axes, answers: Sequence[ResponseShape], direction: str, height: Floats, hertz: float
+    panel: Axes, answers: Sequence[FrequencyResponse], direction: str, height: Floats, hertz: float
 ) -> None:
     """Draw the place of the largest power of each value."""
     peaks = [answer.peak(direction).frequency / hertz for answer in answers]

@@ -11,11 +11,14 @@ from harvester.arrays import Floats
 from harvester.figures.labels import Label, write_labels
 from harvester.figures.quantities import amount, broken, scale, values_in_words
 from harvester.figures.response_maps import is_map, response_map
-from harvester.figures.shapes import DriveShape, ResponseShape
-from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
+from harvester.figures.style import MOST_BARS, WIDTH, curve, entitle, legend, new
 from harvester.figures.sweep_curves import MOST_CURVES, colour
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.engine_look import look as look_of
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.frequency_response.curve import FrequencyResponse
+from harvester.studies.frequency_response.point import ResponsePoint
+from harvester.studies.frequency_response.responses import FrequencyResponses
 from harvester.uncertainty.value import Value
 
 _UP = "#0072B2"
@@ -39,18 +42,25 @@ _LETTERS = 25  # of a label beside a panel
 _SEEN = 0.01  # of the largest value: a shorter error bar is hidden by a marker
 _ALIKE = 0.003  # of the largest value: closer curves are one line
 _FEW, _MANY = 200, 40  # points of a curve whose points are marked, and of one whose marks are small
-Curve = tuple[ResponseShape, str, dict[str, Any]]  # a response, its direction, and the look
+Curve = tuple[FrequencyResponse, str, dict[str, Any]]  # a response, its direction, and the look
 
 
-def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = False) -> Plot:
+def response(
+    answer: FrequencyResponse | FrequencyResponses, title: str | None, per_g: bool = False
+) -> Plot:
     """Draw power, RMS voltage, RMS displacement and phases, with a bar for each half-power bandwidth of one response.
 
     Up and down are one curve if they cannot can be distinguished.  Several responses differ in
     colour; for many values of one key the power is drawn as a map (`response_maps`).  ``per_g``:
     power over the square of the base's amplitude in g, voltage and displacement over it.
     """
-    if is_map(answers):
-        return response_map(answers, title, per_g)
+    answers = answer.curves if isinstance(answer, FrequencyResponses) else [answer]
+    draw = response_map if is_map(answers) else _response_curves
+    return draw(answers, title, per_g)
+
+
+def _response_curves(answers: Sequence[FrequencyResponse], title: str | None, per_g: bool) -> Plot:
+    """Draw a curve over the frequency for each response and direction."""
     curves = [curve for answer in answers for curve in _curves(answer, answers)]
     units = answers[0].unit_names
     points = [p for a, d, _ in curves for p in a.sweep(d)]
@@ -64,7 +74,9 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
         figure, axes = new(rows, columns, (WIDTH, 5.4), sharex=True, squeeze=False)
         all_panels = list(axes.flat)
         for panel, (name, words, unit, power) in zip(all_panels, sizes, strict=False):
-            _sizes(panel, curves, name, words, unit, hertz.factor, power)
+            _sizes(
+                panel, curves, name=name, words=words, unit=unit, hertz=hertz.factor, per_g=power
+            )
         alone = curves if len(answers) == 1 and not per_g else []
         _bandwidths(all_panels[0], alone, hertz.factor)
         if turned:
@@ -77,7 +89,7 @@ def response(answers: Sequence[ResponseShape], title: str | None, per_g: bool = 
 
 
 def _quantities(
-    points: Sequence[DriveShape], units: AnswerUnits, per_g: bool
+    points: Sequence[ResponsePoint], units: AnswerUnits, per_g: bool
 ) -> list[tuple[str, str, str, int]]:
     """A quantity with a panel of its own: its name, words and unit, and the power of the level in its divisor."""
     sizes = [
@@ -98,7 +110,7 @@ def _close(all_panels: Sequence[Any], panels: int, columns: int, label: str) -> 
         panel.tick_params(labelbottom=True)
 
 
-def _curves(answer: ResponseShape, answers: Sequence[ResponseShape]) -> list[Curve]:
+def _curves(answer: FrequencyResponse, answers: Sequence[FrequencyResponse]) -> list[Curve]:
     """The curves of one of several responses: one if its directions are alike, with their looks."""
     values = list(dict.fromkeys(_values(a) for a in answers))
     if (number := values.index(_values(answer))) >= MOST_CURVES:
@@ -138,7 +150,7 @@ def _among_others(
     return look
 
 
-def _values(answer: ResponseShape) -> str:
+def _values(answer: FrequencyResponse) -> str:
     """The values of the varied keys in words."""
     return values_in_words(answer.varied.items())
 
@@ -209,13 +221,13 @@ def _bandwidths(top: Axes, curves: Sequence[Curve], hertz: float) -> None:
         label = "_"
 
 
-def _power_scale(answer: ResponseShape) -> float:
+def _power_scale(answer: FrequencyResponse) -> float:
     """The divisor of the powers of a response alone."""
     powers = [p.mean_power.value for d in answer.directions for p in answer.sweep(d)]
     return scale("", answer.unit_names.power, powers).factor
 
 
-def _peak(answer: ResponseShape, direction: str, look: dict[str, Any], hertz: float) -> Label:
+def _peak(answer: FrequencyResponse, direction: str, look: dict[str, Any], hertz: float) -> Label:
     """The label of the largest power: how much, and at which frequency."""
     peak = answer.peak(direction)
     of = answer.unit_names
@@ -224,7 +236,7 @@ def _peak(answer: ResponseShape, direction: str, look: dict[str, Any], hertz: fl
     return Label(text, look["color"], at)
 
 
-def _alike(answer: ResponseShape, name: str) -> bool:
+def _alike(answer: FrequencyResponse, name: str) -> bool:
     """Whether the curves of both directions are closer everywhere than a line is wide."""
     a, b = (np.array([getattr(p, name).value for p in answer.sweep(d)]) for d in answer.directions)
     return len(a) == len(b) and bool(

@@ -14,11 +14,12 @@ from matplotlib.lines import Line2D
 
 from harvester.arrays import Floats
 from harvester.figures.quantities import values_in_words
-from harvester.figures.shapes import SweepRowShape, SweepShape
 from harvester.figures.style import INK, paler
 from harvester.presentation.engine_look import look as look_of
+from harvester.studies.sweep.rows import SweepRow
+from harvester.studies.sweep.sweep_table import SweepTable
 
-Rows = list[SweepRowShape]
+Rows = list[SweepRow]
 VISIBLE = 1e-6  # relative error that a band shows
 MOST_SHOWN = 2000  # points of a curve
 FEW_POINTS = 30  # of a line, which show as markers
@@ -76,7 +77,7 @@ class Levels:
         return Levels(ratio, np.nan_to_num(sampling), np.nan_to_num(step), np.nan_to_num(model))
 
 
-def groups(table: SweepShape) -> dict[str, dict[str, Rows]]:
+def groups(table: SweepTable) -> dict[str, dict[str, Rows]]:
     """Sort rows along the drawn axis into curves: for each value of the other keys, and each engine."""
     curve_axis = table.along
     others = (
@@ -100,7 +101,7 @@ def groups(table: SweepShape) -> dict[str, dict[str, Rows]]:
     return curves
 
 
-def style(engine: str, table: SweepShape, number: int, groups: int, points: int) -> dict[str, Any]:
+def style(engine: str, table: SweepTable, number: int, groups: int, points: int) -> dict[str, Any]:
     """The style of an engine's curve at the ``number``-th of the ``groups`` of values of the other keys.
 
     Points of a list, which are not line, and a point alone are markers.

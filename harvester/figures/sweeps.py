@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 
 from harvester.arrays import Floats
 from harvester.figures.quantities import broken, logarithm, mark, quantity, scale
-from harvester.figures.shapes import SweepRowShape, SweepShape
-from harvester.figures.style import MOST_BARS, WIDTH, Plot, curve, entitle, legend, new, styled
+from harvester.figures.style import MOST_BARS, WIDTH, curve, entitle, legend, new
 from harvester.figures.sweep_curves import (
     MOST_CURVES,
     VISIBLE,
@@ -21,10 +20,13 @@ from harvester.figures.sweep_curves import (
     style,
 )
 from harvester.presentation.engine_look import look as look_of
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.sweep.rows import SweepRow
+from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.uncertainty.value import Value
 
 
-def sweep(table: SweepShape, title: str | None) -> Plot:
+def sweep(table: SweepTable, title: str | None) -> Plot:
     """Draw the mean power, a curve for each engine (and value of the other keys), with errors; crosses are failures.
 
     Below, with several engines, the power over that of an engine that samples, at the same point.
@@ -108,7 +110,7 @@ def _failed(axes: Axes, x: Floats, power: Floats, colour: Any) -> None:
 
 def _ratios(
     low: Axes,
-    table: SweepShape,
+    table: SweepTable,
     curves: dict[str, Rows],
     reference: str,
     x_scale: float,
@@ -119,7 +121,7 @@ def _ratios(
     If the reference states an error without sampling, that is a band around 1.
     """
 
-    def at(row: SweepRowShape) -> tuple[float, ...]:
+    def at(row: SweepRow) -> tuple[float, ...]:
         return tuple(row.varied[a.key] for a in table.axes)
 
     base = {at(row): row for row in curves.get(reference, []) if row.mean_power is not None}
@@ -145,7 +147,7 @@ def _widen(low: Axes) -> None:
         low.set_ylim(min(near, 0.99), max(far, 1.01))
 
 
-def _note(table: SweepShape, groups: int) -> str:
+def _note(table: SweepTable, groups: int) -> str:
     """The note under the legend: the meaning of the error bars, omitted curves, failed points."""
     notes = list(_error_notes(table, groups))
     if table.listed and len(table.axes) > 1:
@@ -158,7 +160,7 @@ def _note(table: SweepShape, groups: int) -> str:
     return " ".join(notes)
 
 
-def _error_notes(table: SweepShape, groups: int) -> Iterator[str]:
+def _error_notes(table: SweepTable, groups: int) -> Iterator[str]:
     """The meaning of bars and bands, and the engines without a known total error."""
     powers = [(row.engine, row.mean_power) for row in table.rows if row.mean_power is not None]
     if any(power.stderr is not None for _, power in powers):

@@ -6,9 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from harvester.figures.quantities import Scale, mark, quantity, scale, written
-from harvester.figures.shapes import ToleranceShape, TornadoShape
-from harvester.figures.style import INK, WIDTH, Plot, entitle, legend, new, styled
+from harvester.figures.style import INK, WIDTH, entitle, legend, new
 from harvester.presentation.engine_look import look as look_of
+from harvester.presentation.plot import Plot, styled
+from harvester.studies.tolerance.tolerance_result import ToleranceResult, TornadoBar
 from harvester.uncertainty.value import Value
 
 _BAR = "#56B4E9"
@@ -17,7 +18,7 @@ _PALE = "#DCEBF7"
 _MOST_BINS, _LETTERS = 60, 26
 
 
-def tolerance(answer: ToleranceShape, title: str | None) -> Plot:
+def tolerance(answer: ToleranceResult, title: str | None) -> Plot:
     """Draw a histogram of the powers with quantiles and limits over the tornado; for one key the power along it."""
     power = scale("mean power", answer.unit_names.power, answer.power)
     keys = len(answer.tornado)
@@ -46,7 +47,7 @@ def tolerance(answer: ToleranceShape, title: str | None) -> Plot:
     return figure
 
 
-def _histogram(here: Axes, answer: ToleranceShape, unit: Scale, way: str) -> None:
+def _histogram(here: Axes, answer: ToleranceResult, unit: Scale, way: str) -> None:
     """Draw how many devices have which power, with upright bars or (way "horizontal") lying ones."""
     colour = look_of(answer.engine).colour
     lying = way == "horizontal"
@@ -73,7 +74,7 @@ def _histogram(here: Axes, answer: ToleranceShape, unit: Scale, way: str) -> Non
         here.set_ylabel("devices")
 
 
-def _over_key(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
+def _over_key(here: Axes, answer: ToleranceResult, unit: Scale) -> None:
     """Draw the power over the one key, with its error, and the range of 5 to 95 % of the devices."""
     key = answer.spreads[0].key
     order = np.argsort(answer.samples[:, 0])
@@ -104,7 +105,7 @@ def _over_key(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
         )
 
 
-def _tornado(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
+def _tornado(here: Axes, answer: ToleranceResult, unit: Scale) -> None:
     """Draw the range of 5 to 95 % of the powers with one key alone, and the powers at the key's 5 and 95 % points."""
     bars = list(reversed(answer.tornado))
     for k, bar in enumerate(bars):
@@ -146,7 +147,7 @@ def _tornado(here: Axes, answer: ToleranceShape, unit: Scale) -> None:
     here.grid(visible=False, axis="y")
 
 
-def _named(bar: TornadoShape) -> str:
+def _named(bar: TornadoBar) -> str:
     """The name of a key, and below it the 5 % and 95 % points of its spread."""
     name, unit = quantity(bar.key)
     low, high = (written(Value(end).format("" if unit == "SI" else unit)) for end in bar.ends)

@@ -220,7 +220,13 @@ def _grid(t: Floats, y: Floats, swing: float, sure: bool, quality: float) -> lis
             (x0, v0), *_ = np.linalg.lstsq(basis, y[:first] - zero, rcond=None)
             for r in (0.15, 0.35, 0.55, 0.75, 0.92):
                 bounce = Bounce(
-                    float(f), quality, r, float(zero - low), float(x0), float(v0), float(zero)
+                    frequency=float(f),
+                    quality=quality,
+                    restitution=r,
+                    gap=float(zero - low),
+                    x0=float(x0),
+                    v0=float(v0),
+                    zero=float(zero),
                 )
                 off = (path(bounce, t[pick]) - y[pick]) / size
                 candidates.append((float(np.sum(np.log1p(off * off))), bounce))
@@ -237,7 +243,9 @@ def _refined(t: Floats, y: Floats, b: Bounce, noise: float) -> Bounce:
     def bounce_of(p: Floats) -> Bounce:
         f, q = (float(v) for v in np.exp(np.clip(p[:2], -20.0, 20.0)))
         gap, x0, v0, zero = (size * float(v) for v in p[3:])
-        return Bounce(f, q, float(p[2]), gap, x0, v0 * f, zero)
+        return Bounce(
+            frequency=f, quality=q, restitution=float(p[2]), gap=gap, x0=x0, v0=v0 * f, zero=zero
+        )
 
     p = [math.log(b.frequency), math.log(b.quality), b.restitution, b.gap / size, b.x0 / size]
     p += [b.v0 / size / b.frequency, b.zero / size]

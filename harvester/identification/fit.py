@@ -126,7 +126,15 @@ def channels(measurements: Sequence[Measurement], bouncing: bool) -> tuple[Chann
         result.append(Channel(data, "size", data.f, np.log(size), partial(_log_size, data)))
         if phase is not None:
             result.append(
-                Channel(data, "phase", data.f, phase, partial(_phase, data), True, of_sensor)
+                Channel(
+                    source=data,
+                    name="phase",
+                    x=data.f,
+                    values=phase,
+                    model=partial(_phase, data),
+                    turns=True,
+                    signless=of_sensor,
+                )
             )
     return tuple(result)
 
@@ -232,14 +240,14 @@ def fit(
                 noise[n] = max(float(np.sqrt(np.mean(inner**2))) * share, floor)
     jacobian = solution.jac[: -len(names)]
     return DeviceFit(
-        names,
-        best,
-        fixed,
-        several,
-        tuple(kept),
-        tuple(noise),
-        jacobian,
-        solution.fun[: -len(names)],
+        names=names,
+        p=best,
+        fixed=fixed,
+        channels=several,
+        kept=tuple(kept),
+        noise=tuple(noise),
+        jacobian=jacobian,
+        residual=solution.fun[: -len(names)],
     )
 
 

@@ -2,19 +2,23 @@
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester import figures
 from harvester.arrays import Floats
 from harvester.errors import unknown
 from harvester.identification.fit import Channel, DeviceFit
 from harvester.identification.measurement import Impedance
+from harvester.presentation import drawing
 from harvester.presentation.columns import columns
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.quantities.units import SYMBOLS
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 _NUMBERS = ("value", "low", "high")
 PREFIXED = ("kg", "N/m", "Hz", "F", "m", "N/V")  # units that are printed with a prefix
@@ -102,9 +106,9 @@ class IdentificationResult(TableResult):
         """Each measured curve with its fit, for a figure."""
         return fitted_curves(self.fit)
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The measurements and the fit as a matplotlib figure."""
-        return figures.identification(self, title)
+        return drawing.draw(self, title)
 
     def as_json(self) -> dict[str, object]:
         """The answer as ``--json`` prints it."""
@@ -215,4 +219,14 @@ def _curve(channel: Channel, off: Floats, kept: Floats, noise: float) -> FittedC
             else _LABELS[of].replace(")", " per m/s²)")
         )
         measured, fitted = np.exp(measured), np.exp(fitted)
-    return FittedCurve(name, label, x_label, channel.x, measured, fitted, off / noise, kept, size)
+    return FittedCurve(
+        name=name,
+        label=label,
+        x_label=x_label,
+        x=channel.x,
+        measured=measured,
+        fitted=fitted,
+        residual=off / noise,
+        kept=kept,
+        logarithmic=size,
+    )

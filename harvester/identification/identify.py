@@ -215,15 +215,17 @@ def _answer(
     ):
         missing.insert(0, ("short_circuit_frequency", str(note("clamped_impedance"))))
     return IdentificationResult(
-        tuple(_of_one_state(p, alone) for p in parameters) if alone else tuple(parameters),
-        tuple(missing),
-        residual_rms(best),
-        best.names,
-        profiles.correlations(),
-        sum(len(c.x) for c in best.channels),
-        best.left_out,
-        tuple(remarks),
-        best,
+        parameters=tuple(_of_one_state(p, alone) for p in parameters)
+        if alone
+        else tuple(parameters),
+        missing=tuple(missing),
+        residual_rms=residual_rms(best),
+        names=best.names,
+        correlations=profiles.correlations(),
+        points=sum(len(c.x) for c in best.channels),
+        left_out=best.left_out,
+        diagnostics=tuple(remarks),
+        fit=best,
     )
 
 

@@ -7,18 +7,21 @@ one process dies.
 import multiprocessing.process
 import os
 import threading
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
 import loky
 
 from harvester.machine.imports import search_garbage_rarely
 from harvester.machine.system import this_system
+from harvester.machine.tracker import main
 
 T = TypeVar("T")
 Job = TypeVar("Job")
@@ -139,22 +142,42 @@ def kill(process: loky.ProcessPoolExecutor) -> None:
 
 @cache
 def _start_the_trackers() -> None:
-    """Start the processes of loky and of Python that unlink the semaphores of killed processes, without a warning."""
+    """Start the processes of loky and of Python that unlink the semaphores of killed processes, without a warning.
+
+    Loky's runs `harvester.machine.tracker`, also if it was killed and is started anew.
+    """
     from multiprocessing import resource_tracker as of_python
 
     from loky.backend import resource_tracker as of_loky
 
-    warnings = os.environ.get("PYTHONWARNINGS")
+    tracker: Any = of_loky._resource_tracker
+    launch = tracker._launch
+
+    def launch_in_silence() -> None:
+        with _silence():
+            launch()
+
+    of_loky.main = main  # the function whose module and name loky gives to the new process
+    tracker._launch = launch_in_silence
+    with _silence(), _without_keyboard_interrupts():
+        of_loky.ensure_running()
+        of_python.ensure_running()
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Start processes that find this package and ignore warnings of trackers."""
+    filters = os.environ.get("PYTHONWARNINGS")
+    path = os.environ.get("PYTHONPATH")
     settings = {
-        "PYTHONWARNINGS": ",".join(filter(None, (warnings, "ignore:resource_tracker"))),
+        "PYTHONWARNINGS": ",".join(filter(None, (filters, "ignore:resource_tracker"))),
+        "PYTHONPATH": os.pathsep.join(filter(None, (str(Path(__file__).parents[2]), path))),
         **SAFE,
     }
     before = {name: os.environ.get(name) for name in settings}
     os.environ.update(settings)
     try:
-        with _without_keyboard_interrupts():
-            of_loky.ensure_running()
-            of_python.ensure_running()
+        yield
     finally:
         for name, value in before.items():
             del os.environ[name]
@@ -180,6 +203,8 @@ def _without_keyboard_interrupts() -> Iterator[None]:
 
 def _begin(parent: int, folder: str | None) -> None:
     """Go to the folder of this process, and end it soon after its parent, whatever it computes: nobody else would."""
+    # a tracker that was killed is started anew without a word
+    warnings.filterwarnings("ignore", "resource_tracker", UserWarning)
     search_garbage_rarely()
     if folder is not None:
         os.chdir(folder)

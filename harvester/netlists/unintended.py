@@ -9,7 +9,7 @@ Conventions".
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from harvester.netlists.element_lines import Element
 from harvester.netlists.expression import SUFFIXES, plain_number
@@ -24,6 +24,7 @@ LEAST_LOAD = 0.01  # ohm
 LEAST_STORE = 1e-12  # F
 SMALL = 1.0  # ohm, below which a resistance with a capital M was meant in megohm
 SAME = 1.5  # times the piezo's capacitance, and a part of it: a capacitor across it may be its own
+_DEVICES = "qmj"  # letters of elements with current in every node
 _INSIDE = re.compile(r"(\d+\.?\d*|\.\d+)(meg|[tgkmunpfr])(\d+)([a-z]*)", re.IGNORECASE)
 _MEGA = re.compile(r"(\d+\.?\d*|\.\d+)M(?!eg|EG|il|IL)(ohm)?s?", re.ASCII)
 _FARAD = re.compile(r"(\d+\.?\d*|\.\d+)F(arad)?s?")
@@ -47,7 +48,7 @@ def unintended_values(
         odd = _of_value(part, names.get(part.name, part.name), capacitance)
         if part.name not in warnings and odd is not None:
             warnings[part.name] = odd
-    return (*warnings.values(), *_antiparallel(parts))
+    return (*warnings.values(), *_antiparallel(parts), *_without_return(parts, names))
 
 
 def _of_text(element: Element) -> Iterator[Diagnostic]:
@@ -99,3 +100,35 @@ def _antiparallel(parts: Sequence[CircuitPart]) -> Iterator[Diagnostic]:
             back = first.nodes[:2] == second.nodes[1::-1]
             if back and nodes & {PIEZO, "0"} and nodes & (store - {PIEZO, "0"}):
                 yield warning("antiparallel_diodes", first=first.name, second=second.name)
+
+
+def _without_return(parts: Sequence[CircuitPart], names: Mapping[str, str]) -> Iterator[Diagnostic]:
+    """A warning of diodes that no direct current can pass, as the piezo and capacitors block it on its way back.
+
+    The mean currents of a periodic response circulate through all elements but capacitors, so that a diode
+    passes one only if its cathode leads back to its anode.
+    """
+    ways: dict[str, set[str]] = {}
+    for part in parts:
+        nodes = part.nodes if part.kind in _DEVICES else part.nodes[:2]
+        if part.kind == "d":
+            ways.setdefault(nodes[0], set()).add(nodes[1])
+        elif part.kind != "c":
+            for node in nodes:
+                ways.setdefault(node, set()).update(nodes)
+    diodes = [part for part in parts if part.kind == "d"]
+    blocked = [part.name for part in diodes if part.nodes[0] not in _reached(part.nodes[1], ways)]
+    if blocked:
+        listed = ", ".join(names.get(name, name) for name in blocked)
+        yield warning("no_return_path", names=listed, count=len(blocked))
+
+
+def _reached(node: str, ways: Mapping[str, set[str]]) -> set[str]:
+    """The nodes to which ``ways`` lead from one, with itself."""
+    reached = {node}
+    left = [node]
+    while left:
+        new = ways.get(left.pop(), set()) - reached
+        reached |= new
+        left.extend(new)
+    return reached

@@ -24,5 +24,16 @@ class AnswerUnits:
         return SI if physical else NONDIMENSIONAL
 
 
-SI = AnswerUnits("s", "Hz", "1/s", "m", "m/s", "m/s^2", "V", "V^2", "W", "J")
+SI = AnswerUnits(
+    time="s",
+    frequency="Hz",
+    rate="1/s",
+    length="m",
+    speed="m/s",
+    acceleration="m/s^2",
+    voltage="V",
+    mean_square_voltage="V^2",
+    power="W",
+    energy="J",
+)
 NONDIMENSIONAL = AnswerUnits()

@@ -186,7 +186,10 @@ def _radians(quantity: Any) -> float:
 def _registry() -> Any:
     import pint
 
-    return pint.UnitRegistry()
+    try:
+        return pint.UnitRegistry()
+    except TypeError as error:  # pint takes lines that memory did not suffice to read for units
+        raise MemoryError from error
 
 
 def fraction(value: str) -> float:

@@ -9,10 +9,13 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from harvester import figures
 from harvester.errors import escaped
 from harvester.machine import files
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 
 @dataclass(frozen=True)
@@ -91,9 +94,11 @@ class Page:
         )
 
 
-def drawing(figure: "figures.Plot", alt: str, caption: str) -> Drawing:
+def drawing(figure: "Plot", alt: str, caption: str) -> Drawing:
     """A matplotlib figure as SVG for the page."""
-    return Drawing(figures.image(figure, "svg"), alt, caption)
+    from harvester.presentation.plot import image  # and with it matplotlib, which has drawn it
+
+    return Drawing(image(figure, "svg"), alt, caption)
 
 
 def titled(page: Page, file: str) -> Page:

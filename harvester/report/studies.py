@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from harvester import figures
 from harvester.equations.problem import Problem
 from harvester.machine.provenance import origin
 from harvester.presentation.sheet import sheet
@@ -182,9 +181,7 @@ def _section(published: PaperFigure) -> Section:
     summary = "; ".join(
         f"{row[0]}: published off by up to {row[2]}, averaged by {row[3]}" for row in rows
     )
-    figure = drawing(
-        figures.paper(published.points, None), f"{published.title}. {summary}.", published.title
-    )
+    figure = drawing(published.plot(None), f"{published.title}. {summary}.", published.title)
     table = TextTable("How far the theories are off", heads, rows, range(1, 6), note)
     return Section(f"Figure {published.number}", drawings=[figure], tables=[table])
 

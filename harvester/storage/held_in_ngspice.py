@@ -153,12 +153,22 @@ def _gains(
     state = circuit.rest
     at = circuit.charge_at(STORE)
     state[at] = held = HELD * device.scales.capacitance * volts
-    before = circuit.trace(eqs, noise[:first], h, 1, (eqs.resting_places[0], 0.0), state, early)
+    before = circuit.trace(
+        eqs,
+        noise[:first],
+        h=h,
+        stride=1,
+        start=(eqs.resting_places[0], 0.0),
+        state=state,
+        shaking=early,
+    )
     state = before.state
     state[at] = held
     x, v, voltage = map(float, before.last)
     start = x, v, voltage, volts / device.scales.volts, state
-    path = circuit.trace(eqs, noise[first:], h, 1, start[:2], state, late)
+    path = circuit.trace(
+        eqs, noise[first:], h=h, stride=1, start=start[:2], state=state, shaking=late
+    )
     for shunt in SHUNTS:
         drive = new_drive(device, noise[first:], 0.0, late, start)
         if eqs.is_random and eqs.has_stop:

@@ -142,7 +142,14 @@ class HeldPath:
         """Go on for as many steps as there are variates of ``noise``, as of `CompiledCircuit.trace`."""
         kicked = self.steps > 0
         path = self.circuit.trace(
-            self.eqs, noise, self.h, stride, self._start, self.state, shaking, kicked
+            self.eqs,
+            noise,
+            h=self.h,
+            stride=stride,
+            start=self._start,
+            state=self.state,
+            shaking=shaking,
+            kicked=kicked,
         )
         self._start = path.last[:-1]
         self.state = path.state
@@ -320,7 +327,9 @@ def measured(
         return (
             currents
             if ends
-            else measured(problem, 2.0 * float(volts[-1]), h, seed, count, runs, power)
+            else measured(
+                problem, 2.0 * float(volts[-1]), h=h, seed=seed, count=count, runs=runs, power=power
+            )
         )
 
     if not eqs.is_steady:

@@ -121,7 +121,15 @@ class StoreBatch:
         before = self.state[self._row] * self._unit
         self.sums[:] = 0.0
         batch = Batch(
-            x, v, voltage, self._words[0], self._words[1], self.sums, None, stored, middle
+            x=x,
+            v=v,
+            V=voltage,
+            s0=self._words[0],
+            s1=self._words[1],
+            sums=self.sums,
+            controls=None,
+            U=stored,
+            m=middle,
         )
         schedule = Schedule(steps // 4, 4, 0, False)
         if isinstance(self.circuit, CompiledCircuit):

@@ -112,7 +112,15 @@ class SlowCircuit:
         self.circuit.check(steps, failed, state)
         t = seconds * stride * np.arange(1.0, rows + 1.0)
         return SlowPath(
-            t, out[:, 0], out[:, 1], out[:, 2], out[:, 3], out[:, 4], int(steps), int(failed), state
+            t=t,
+            rails=out[:, 0],
+            store=out[:, 1],
+            load=out[:, 2],
+            square=out[:, 3],
+            piezo=out[:, 4],
+            steps=int(steps),
+            failed=int(failed),
+            end=state,
         )
 
 

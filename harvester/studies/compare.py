@@ -7,11 +7,10 @@ import contextlib
 import dataclasses
 import time
 from collections.abc import Sequence
-from typing import Any, ClassVar, Unpack
+from typing import TYPE_CHECKING, Any, ClassVar, Unpack
 
 import numpy as np
 
-from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines import Published, Spice
@@ -30,12 +29,16 @@ from harvester.errors import (
 )
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.machine.progress import PartOfProgress, working
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.plain import plain
 from harvester.presentation.result import Result, TableResult
 from harvester.presentation.table import Column, Table
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.uncertainty.value import z_score
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 PATHS = 0.1  # of the time that an engine of share 1 takes: the paths that are drawn
 PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
@@ -179,9 +182,9 @@ class Comparison(TableResult):
         """Why engines did not run."""
         return tuple(note("did_not_run", engine, why=why) for engine, why in self.refused.items())
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The engines, and the paths, as a matplotlib figure."""
-        return figures.comparison(self.estimates, self.paths, title)
+        return drawing.draw(self, title)
 
 
 def compare(
@@ -328,7 +331,15 @@ def one_path(
     spice, exactly, without = (voltage * units.volts for voltage in (path.V, exact.V, V))
     t = path.t / units.frequency
     x = path.x * units.length
-    return PathComparison(title, t, x, spice, exactly, without, problem.physical)
+    return PathComparison(
+        title=title,
+        t=t,
+        x=x,
+        spice=spice,
+        exact=exactly,
+        decoupled=without,
+        physical=problem.physical,
+    )
 
 
 def _relative_rms(a: Floats, b: Floats) -> float:

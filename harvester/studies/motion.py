@@ -11,11 +11,10 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import field
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harvester import figures
 from harvester.arrays import Floats
 from harvester.engines import Compiled, Ensemble, Spice
 from harvester.engines.options import check_time, number
@@ -25,12 +24,16 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments, unknown
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.netlists.probes import Probe, read_probes
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.studies.motion_in_ngspice import Expected, path_in_ngspice
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.smaller_step import at_smaller_steps
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 # what is shown by default, in 2 pi/w0, and how many times that goes before it
 PERIODS, LEAD = 40, 4
@@ -112,9 +115,9 @@ class Motion(TableResult):
         """How many impacts it has; None without a stop or a ball."""
         return len(self.impacts) if self.stops or len(self.impacts) else None
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The path as a matplotlib figure."""
-        return figures.motion(self, title)
+        return drawing.draw(self, title)
 
     @property
     def table(self) -> Table:
@@ -290,7 +293,16 @@ def _computed(
     shaking = forcing(problem.equations, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
     stride = max(1, min(round(0.05 / h), math.ceil(duration / h) // 2))  # a short path is read too
     if ENGINES[engine].runs_ngspice:
-        return *path_in_ngspice(problem, noise, h, stride, shaking, probes, expected, shunt), stride
+        return *path_in_ngspice(
+            problem,
+            noise,
+            h=h,
+            stride=stride,
+            shaking=shaking,
+            probes=probes,
+            expected=expected,
+            shunt=shunt,
+        ), stride
     if ENGINES[engine].needs_netlist:
         from harvester.circuits.compiled_circuit import compiled_circuit
         from harvester.circuits.probed_path import probed

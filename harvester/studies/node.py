@@ -13,11 +13,10 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from harvester import figures
 from harvester.arrays import Floats
 from harvester.engines.protocol import AnyScene
 from harvester.equations.power_bound import PowerBound, power_bound
@@ -25,6 +24,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
 from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
@@ -47,6 +47,9 @@ from harvester.storage.supply import chip_of
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.studies.node_current import Effort, Known, measure_current
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
 _OF_STORE = ("capacitance", "leakage_resistance", "esr", "clamp_voltage", "diffusion_capacitance")
@@ -203,9 +206,9 @@ class NodeResult(TableResult):
         """The packets of the whole day with the most."""
         return round(float(self.days_packets.max())) if len(self.days_packets) > 1 else None
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The store's voltage over time, with the voltages at which the node begins and stops."""
-        return figures.node(self, title)
+        return drawing.draw(self, title)
 
     @property
     def table(self) -> Table:

@@ -3,9 +3,8 @@
 import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from harvester import figures
 from harvester.cosimulation.ngspice.locate_libngspice import library_digest
 from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
@@ -13,6 +12,9 @@ from harvester.machine import files
 from harvester.machine.execution import Execution
 from harvester.machine.provenance import origin
 from harvester.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 
 def provenance(scene: Scene | Problem, **extra: Any) -> dict[str, Any]:
@@ -72,12 +74,16 @@ class OutputFolder:
         """Write ``name``.npz from its bytes."""
         files.write(self.path / f"{name}.npz", content)
 
-    def figure(self, name: str, figure: "figures.Plot") -> None:
+    def figure(self, name: str, figure: "Plot") -> None:
         """Write a figure as ``name``.png, and in the vector forms asked for."""
-        figures.save(figure, self.path, name, self.vector)
+        from harvester.presentation import (
+            plot,  # and with it matplotlib, which has drawn the figure
+        )
+
+        plot.save(figure, self.path, name, self.vector)
 
     def save(
-        self, name: str, text: str, figure: "figures.Plot", about: dict[str, Any] | None = None
+        self, name: str, text: str, figure: "Plot", about: dict[str, Any] | None = None
     ) -> None:
         """Write a study's files: ``name``.csv, the figure, and its provenance if there is one."""
         self.table(name, text)

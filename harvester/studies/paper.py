@@ -11,11 +11,10 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harvester import figures
 from harvester.arrays import Floats
 from harvester.averaging.published import stationary
 from harvester.averaging.published.orbit import amplitude_through
@@ -25,10 +24,14 @@ from harvester.averaging.two_scale import law as two_scale
 from harvester.equations.coefficients import Equations
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.machine.progress import PartOfProgress, working
+from harvester.presentation import drawing
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.stability import region
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 # Figures 1 and 2 (text): alpha, beta, mu, c1, c2, D11, D22; c3 = 0.1 in Figure 1, r = 0.96 in
 # Figure 2.
@@ -112,9 +115,9 @@ class PaperFigure(TableResult):
             tuple(Column(name, [getattr(point, name) for point in self.points]) for name in COLUMNS)
         )
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The figure, with its own title (empty), another, or none (None) above."""
-        return figures.paper(self.points, self.title if title == "" else title)
+        return drawing.draw(self, self.title if title == "" else title)
 
 
 def draw(numbers: Sequence[str], execution: Execution = DEFAULT) -> list[PaperFigure]:

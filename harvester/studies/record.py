@@ -3,18 +3,22 @@
 import itertools
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harvester import figures
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid
+from harvester.presentation import drawing
 from harvester.presentation.columns import columns
 from harvester.presentation.table import csv_lines
 from harvester.records.cleaning import CleanRecord
 from harvester.records.csv_table import MOST_BYTES
 from harvester.records.records import Record
 from harvester.uncertainty.value import Value, amount
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 SEGMENTS = 16  # of Welch's mean, about
 G = 9.80665
@@ -47,9 +51,9 @@ class RecordAnswer:
     bands: tuple[Band, ...]
     possible: float | None = None
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The record, its density, spectrogram and bands as a matplotlib figure."""
-        return figures.record(self, title)
+        return drawing.draw(self, title)
 
     def text(self) -> str:
         """The clean record as the CSV file that a scene reads; raises InputError if that would be too large."""
@@ -125,7 +129,16 @@ def record_spectra(
     possible = None
     if mass is not None and stroke is not None:
         possible = mass * stroke * Record.of(1.0 / record.rate, record.values).mean_jerk
-    return RecordAnswer(record, f, density, sf, st, grid, _bands(record), possible)
+    return RecordAnswer(
+        record=record,
+        f=f,
+        density=density,
+        spectrogram_f=sf,
+        spectrogram_t=st,
+        spectrogram=grid,
+        bands=_bands(record),
+        possible=possible,
+    )
 
 
 def _bands(record: CleanRecord) -> tuple[Band, ...]:

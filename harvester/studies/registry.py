@@ -83,11 +83,11 @@ STUDIES = (
         "--lifetime '5 years'",
     ),
     Study(
-        "densities",
-        "stationary_densities:densities",
-        "stationary_densities:Densities",
-        "Stationary densities of displacement, velocity, voltage and impacts; transition rate; first passages.",
-        (
+        name="densities",
+        function="stationary_densities:densities",
+        result="stationary_densities:Densities",
+        summary="Stationary densities of displacement, velocity, voltage and impacts; transition rate; first passages.",
+        options=(
             Option(
                 "level",
                 str,
@@ -98,8 +98,8 @@ STUDIES = (
             Option("within", str, None, "Target relative error of the power.  Default: 0.01 %."),
             Option("seed", int, 0, "Random seed of the sampled path plotted for comparison."),
         ),
-        "--level '2 mm' --report densities.html",
-        "a larger --within",
+        example="--level '2 mm' --report densities.html",
+        shorter="a larger --within",
     ),
     Study(
         "node",

@@ -6,11 +6,10 @@ Long because the result and its function explain their arrays and arguments to u
 import math
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harvester import figures
 from harvester.arrays import Floats
 from harvester.density.functionals import NAMES
 from harvester.density.marginals import Marginals
@@ -20,6 +19,7 @@ from harvester.engines.protocol import AnyScene, served
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import invalid, names_arguments
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
@@ -34,6 +34,9 @@ from harvester.studies.motion_in_time import (
     spectrum_of,
 )
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 POINTS = 401  # of a curve
 SOLVED, DRAWN = 0.45, 0.9  # of the time, until the means are known, and the curves
@@ -166,9 +169,9 @@ class Densities(TableResult):
             )
         return Table(tuple(columns))
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The densities as a matplotlib figure, with the histogram of a path behind them."""
-        return figures.densities(self, title)
+        return drawing.draw(self, title)
 
 
 @names_arguments

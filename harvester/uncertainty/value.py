@@ -115,7 +115,15 @@ class Value:
         stderr, bias, model = (
             _times(error, factor) for error in (self.stderr, self.bias, self.model)
         )
-        return Value(self.value * factor, stderr, bias, model, self.dof, self.unknown, unit)
+        return Value(
+            value=self.value * factor,
+            stderr=stderr,
+            bias=bias,
+            model=model,
+            dof=self.dof,
+            unknown=self.unknown,
+            unit=unit,
+        )
 
     def root(self) -> "Value":
         """The square root of a mean square, with its errors to first order."""

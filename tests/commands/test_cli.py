@@ -211,12 +211,13 @@ NO_MORE = "ulimit -u sets how many threads and processes may start"
     ],
 )
 def test_no_memory_is_one_line(harvester, monkeypatch, tmp_path, error, line):
-    """Also as a row of a sweep."""
+    """Also as a row of a sweep, whose points run side by side."""
 
     def fail(*_):
         raise error
 
     monkeypatch.setattr(hv.Ensemble, "run", fail)
+    monkeypatch.setattr("harvester.mechanics.ensemble.designs.Designs.run_burn_in", fail)
     assert harvester("run", PLATE, "--engine", "ensemble")[::2] == (3, f"harvester: {line}\n")
     sweep = (
         "sweep",

@@ -1,5 +1,6 @@
 """The figures: one look, units on every axis, odd data, vector files that come out the same twice."""
 
+import ast
 import dataclasses
 import re
 import warnings
@@ -14,17 +15,23 @@ from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.errors import InputError
 from harvester.figures import quantities, style
+from harvester.presentation.drawing import drawing_of
 from harvester.presentation.engine_look import LOOKS
+from harvester.presentation.plot import image, save, styled
 from harvester.studies.frequency_response.curve import FrequencyResponse
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.motion import Motion
-from harvester.studies.paper import FigurePoint
+from harvester.studies.optimum.optimum_result import Optimum
+from harvester.studies.optimum.under_limits import RobustOptimum
+from harvester.studies.paper import FigurePoint, PaperFigure
+from harvester.studies.stability.exponent import Stability
 from harvester.studies.stability.region import Edge
 from harvester.studies.sweep.points import Axis
 from harvester.studies.sweep.rows import SweepRow
 from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.studies.work_precision.cost_table import Cost, CostRow
 from harvester.uncertainty.value import Value
+from tests.support.paths import ROOT
 
 R, MU = "load.resistance", "nondimensional.mu"
 
@@ -108,15 +115,17 @@ def response(physical):
     return FrequencyResponse(tuple(points), physical)
 
 
-def paper_points(panel):
-    return [
+def paper_figure(panel):
+    points = [
         FigurePoint(panel, curve, x, 2e-4, 1e-4, 1e-4, 1e-6)
         for curve in ("r = 1", "r = 2")
         for x in (0.1, 1.0)
     ]
+    return PaperFigure(1, "A figure", tuple(points), 1.0)
 
 
-EDGES = [Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, np.inf, 0.2, 0.2, np.inf)]
+EDGES = (Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, np.inf, 0.2, 0.2, np.inf))
+STABILITY = Stability(False, 0.1, 0.1, None, Value(0.1), None)
 
 
 @pytest.mark.slow
@@ -131,9 +140,9 @@ EDGES = [Edge(0.1, 0.2, 0.1, 0.1, 0.01), Edge(1.0, np.inf, 0.2, 0.2, np.inf)]
         lambda: motion(False).plot(),
         lambda: response(True).plot(),
         lambda: response(False).plot(),
-        lambda: figures.paper(paper_points("E[V^2] against mu"), "Figure"),
-        lambda: figures.paper(paper_points("p(displacement x)"), "Figure"),
-        lambda: figures.region([edge.mu for edge in EDGES], EDGES, "A title"),
+        lambda: paper_figure("E[V^2] against mu").plot("Figure"),
+        lambda: paper_figure("p(displacement x)").plot("Figure"),
+        lambda: dataclasses.replace(STABILITY, region=EDGES).plot("A title"),
         lambda: hv.Averaged().run(hv.load("examples/plate_with_stop.toml")).plot(),
         lambda: hv.Averaged().run(hv.load("examples/paper_figure3.toml")).plot(),
     ],
@@ -191,7 +200,7 @@ def test_odd_sweeps(name):
     values = sorted({float(one.varied[R]) for one in ODD[name]})
     figure = table({R: values}, ODD[name]).plot()
     drawn(figure)
-    assert figures.image(figure, "png").startswith(b"\x89PNG")
+    assert image(figure, "png").startswith(b"\x89PNG")
 
 
 def test_a_point_alone_is_a_marker_and_a_failed_one_a_cross():
@@ -291,7 +300,7 @@ def test_engines_are_told_apart_without_colour():
 @pytest.mark.slow
 @pytest.mark.parametrize("form", ["png", "svg", "pdf"])
 def test_the_same_figure_is_the_same_file(form):
-    first, second = (figures.image(motion(True).plot("A title"), form) for _ in range(2))
+    first, second = (image(motion(True).plot("A title"), form) for _ in range(2))
     assert first == second
     assert first.lstrip().startswith({"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[form])
 
@@ -307,14 +316,14 @@ def test_many_points_are_pixels_in_a_vector_file():
         voltage=long,
         acceleration=None,
     )
-    svg = figures.image(path.plot(), "svg")
+    svg = image(path.plot(), "svg")
     assert b"data:image/png" in svg
     assert len(svg) < 1_000_000
 
 
 @pytest.mark.slow
 def test_save(tmp_path):
-    figures.save(motion(True).plot(), tmp_path, "motion", ("svg", "pdf", "svg"))
+    save(motion(True).plot(), tmp_path, "motion", ("svg", "pdf", "svg"))
     assert sorted(p.name for p in tmp_path.iterdir()) == ["motion.pdf", "motion.png", "motion.svg"]
 
 
@@ -332,7 +341,7 @@ def test_another_form_is_refused_before_anything_is_computed(tmp_path):
 def test_a_figure_keeps_its_look_and_shows_itself(tmp_path):
     assert motion(True).plot()._repr_png_().startswith(b"\x89PNG")
     motion(True).plot().savefig(tmp_path / "mine.svg")
-    assert (tmp_path / "mine.svg").read_bytes() == figures.image(motion(True).plot(), "svg")
+    assert (tmp_path / "mine.svg").read_bytes() == image(motion(True).plot(), "svg")
 
 
 @pytest.mark.slow
@@ -349,8 +358,27 @@ def test_an_error_that_is_not_known_is_no_bar():
     assert not figure.axes[0].patches
 
 
+def test_every_result_that_plots_finds_its_drawing():
+    """By the name of its class, or of one that it derives from; and no drawing is without a result."""
+    classes = [
+        one
+        for file in sorted((ROOT / "harvester").rglob("*.py"))
+        for one in ast.parse(file.read_text()).body
+        if isinstance(one, ast.ClassDef)
+    ]
+    drawn_by_name = {
+        one.name
+        for one in classes
+        for line in one.body
+        if isinstance(line, ast.FunctionDef) and "drawing.draw(self" in ast.unparse(line)
+    }
+    assert drawn_by_name == set(figures.DRAWINGS)
+    assert set(figures.DRAWINGS.values()) == set(figures.__all__) - {"new"}
+    assert drawing_of(RobustOptimum) is drawing_of(Optimum) is figures.optimum
+
+
 def test_paper_markers_stand_for_curves():
-    figure = figures.paper(paper_points("lambda against mu"), "Figure 8")
+    figure = paper_figure("lambda against mu").plot("Figure 8")
     assert {"r = 1", "r = 2", "published averaging"} <= set(drawn(figure))
     handles = {handle.get_label(): handle for handle in figure.legends[0].legend_handles}
     assert handles["r = 1"].get_marker() != handles["r = 2"].get_marker()
@@ -367,17 +395,17 @@ def test_an_optimum_of_one_evaluation():
         best.keys[0], value=best.keys[0].range.value(float(place.u[0])), low95=None, high95=None
     )
     figure = dataclasses.replace(best, keys=(key,), points=(place,)).plot()
-    figures.image(figure, "png")  # a layout that collapses is a warning, and so an error here
+    image(figure, "png")  # a layout that collapses is a warning, and so an error here
     assert np.divide(*figure.axes[0].get_xlim()) == pytest.approx(1e-3)
 
 
 @pytest.mark.parametrize("place", [0.31622776601683783, -2.0])
 def test_an_axis_of_one_place_has_a_width(place):
     """Found where AVX-512 rounds a logarithm by one unit: the layout divided by the width of nothing."""
-    with style.styled():
+    with styled():
         figure, here = style.new(1, 1, (4.0, 3.0))
         here.plot([place, place], [1.0, 2.0])
         here.set_xlim(place, np.nextafter(place, 9.0))
-    assert style.image(figure, "png").startswith(b"\x89PNG")
+    assert image(figure, "png").startswith(b"\x89PNG")
     low, high = here.get_xlim()
     assert low < place < high

@@ -10,10 +10,9 @@ from matplotlib.axis import Tick
 from matplotlib.text import Text
 
 import harvester as hv
-from harvester import figures
 from harvester.figures.sweep_curves import MOST_CURVES, colour
 from harvester.presentation.engine_look import LOOKS
-from harvester.studies.compare import PathComparison
+from harvester.studies.compare import Comparison, PathComparison
 from harvester.studies.work_precision.cost_table import Cost, CostRow
 from harvester.uncertainty.value import Value
 from tests.support.colours import EYES, distance
@@ -43,7 +42,7 @@ def comparison():
         PathComparison(f"{w} the stop", *map(np.array, (t, t, wave, wave, wave[::-1])), True)
         for w in ("with", "no")
     ]
-    return figures.comparison(answers, paths, DEVICE)
+    return Comparison(tuple(answers), {}, tuple(paths)).plot(DEVICE)
 
 
 def cost():

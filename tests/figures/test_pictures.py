@@ -13,7 +13,7 @@ from harvester.figures import quantities
 from harvester.figures.motions import bins, time_spent
 from harvester.figures.smoothing import smooth
 from harvester.figures.sweep_curves import style
-from harvester.studies.compare import PathComparison
+from harvester.studies.compare import Comparison, PathComparison
 from harvester.studies.frequency_response.curve import FrequencyResponse
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.studies.motion import Motion
@@ -200,7 +200,7 @@ def test_paths_of_a_physical_scene_are_in_volt_and_seconds():
     t = np.linspace(0.0, 5.0, 200)
     answer = hv.Averaged().run(PLATE)
     of = PathComparison("with the stop", t, t, np.sin(t), np.sin(t), 2 * np.sin(t), physical=True)
-    told = texts(figures.comparison([answer], [of], None))
+    told = texts(Comparison((answer,), {}, (of,)).plot(None))
     assert "voltage\n(V)" in told and "time (s)" in told
     assert not any("nondimensional" in text for text in told)
 
@@ -293,4 +293,4 @@ def test_a_power_of_zero_is_written():
     """An open circuit takes none, without an error: its digits had the logarithm of 0."""
     answer = hv.Exact().run(hv.loads("[nondimensional]\nc1 = -0.05\nbeta = 0.05\nD11 = 0.01\n"))
     assert "0: the parts of its error" in texts(answer.plot())
-    assert "0" in texts(figures.comparison([answer], [], "An open circuit"))
+    assert "0" in texts(Comparison((answer,), {}, ()).plot("An open circuit"))

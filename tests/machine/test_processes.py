@@ -126,3 +126,39 @@ def test_a_process_that_dies_after_another_went_idle_is_noticed():
     future, _ = processes.submit_to_one(deque([process]), processes.create, os._exit, (3,))
     with pytest.raises(BrokenProcessPool):
         future.result(30)
+
+
+TRACKER = """
+import os, signal, warnings
+from collections import deque
+from loky.backend import resource_tracker
+from harvester.machine import processes
+
+warnings.simplefilter("ignore")  # as the command line does
+
+def answer(number):
+    process = processes.create()
+    found = processes.submit_to_one(deque([process]), lambda: process, abs, (-number,))[0].result(60)
+    processes.kill(process)
+    return found
+
+def begin():
+    process = processes.create()
+    return process, processes.submit_to_one(deque([process]), lambda: process, abs, (-1,))[0]
+
+process, job = begin()
+job.result(60)
+for _ in range(2):  # of the first, and of the one that took its place
+    os.kill(resource_tracker._resource_tracker._pid, signal.SIGKILL)
+    print(answer(2))
+print(processes.submit_to_one(deque([process]), lambda: process, abs, (-3,))[0].result(60))
+processes.kill(process)
+"""
+
+
+def test_a_tracker_that_is_killed_costs_no_word():
+    """The next one does not know the semaphores of before, and had a traceback for each of them."""
+    done = subprocess.run(
+        [sys.executable, "-c", TRACKER], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert (done.stdout, done.stderr) == ("2\n2\n3\n", "")

@@ -257,6 +257,7 @@ def test_a_netlist_may_include_what_is_below_the_folder_of_the_scene(tmp_path, i
         ({"load": "R5 STORE 0 1u"}, "unusual_element", "far outside"),
         ({"more": "C9 PA 0 34n"}, "piezo_capacitance_twice", "C9 (flat.cir line 6), 34 nF, is across the piezo"),
         ({"more": "D9 STORE PA DX"}, "antiparallel_diodes", "nothing is rectified"),
+        ({"more": "C8 PX PA 1n\nD9 PX STORE DX"}, "no_return_path", "D9 has no return path for a direct current"),
     ],
 )  # fmt: skip
 def test_what_was_probably_meant_is_warned_of(tmp_path, lines, code, words):
@@ -278,6 +279,8 @@ def test_what_was_probably_meant_is_warned_of(tmp_path, lines, code, words):
         {"store": "C7 STORE 0 0.33"},
         {"more": "R9 PA STORE 10kohm"},
         {"more": "D9 STORE PX DX\nR8 PX PA 10"},
+        {"more": "C8 PX PA 1n\nD9 PX STORE DX\nD8 0 PX DX"},
+        {"more": "C8 PX PA 1n\nD9 PX STORE DX\nL8 PX 0 1m"},
     ],
 )
 def test_usual_values_are_not_warned_of(tmp_path, lines):

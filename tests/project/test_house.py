@@ -74,6 +74,22 @@ def test_every_measure_has_a_bound():
     assert list(house.MEASURES) == [name for name, *_ in BOUNDS]
 
 
+def test_places_of_a_measure_by_its_name(monkeypatch, capsys):
+    """A name stands for itself: its parentheses and its star are letters."""
+    name = "calls f(*packed)"
+    monkeypatch.setattr(house, "MEASURES", {name: lambda: ["a.py:1: f(*x)"], "other": list})
+    monkeypatch.setattr(sys, "argv", ["house", name])
+    house.main()
+    assert capsys.readouterr().out.splitlines() == [
+        f"     1  {name}",
+        "        a.py:1: f(*x)",
+        "     0  other",
+    ]
+    monkeypatch.setattr(sys, "argv", ["house", "nothing"])
+    with pytest.raises(SystemExit, match="no measure has 'nothing' in its name"):
+        house.main()
+
+
 FAULTS = """
 SPENT = "the budget is spent"
 def a(p1, p2, p3, p4, p5, p6, p7, p8, p9, p10, p11, p12, p13):

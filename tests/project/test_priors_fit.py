@@ -14,7 +14,7 @@ from harvester.studies.prediction import priors
 from tests.support.paths import ROOT
 
 sys.path.append(str(ROOT / "benchmarks"))
-priors_fit = importlib.import_module("priors_fit")
+priors_fit, priors_limits = map(importlib.import_module, ("priors_fit", "priors_limits"))
 PAGE = (ROOT / "docs" / "prediction.md").read_text()
 
 
@@ -25,6 +25,37 @@ def test_the_page_has_what_the_command_prints():
     generated = PAGE.partition(priors_fit.BEGIN)[2].partition(priors_fit.END)[0]
     lines = [*priors_fit.table(some, fits), "", *priors_fit.by_device(some, fits)]
     assert generated.strip().splitlines()[: len(lines)] == lines
+
+
+def test_the_page_has_the_limits():
+    """Designs, unknowns, widths by device and after one measured number, as the benchmark computes them."""
+    generated = PAGE.partition(priors_limits.BEGIN)[2].partition(priors_limits.END)[0]
+    assert generated.strip().splitlines() == priors_limits.block()
+
+
+def test_one_measured_number_gives_the_normal_conditional():
+    """Of two voltages that have all in common the second is known exactly; of two that have nothing, it stays."""
+    fit = priors_fit.Fit(1.0, 0.4, 0.4)
+    pair = [
+        priors_fit.Number(
+            device="a",
+            quantity=name,
+            unit="V",
+            predicted=1.0,
+            own=0.05,
+            linear=True,
+            with_priors=False,
+            measured=value,
+            half_digit=0.0,
+            exponents=priors_fit.EXPONENTS["V"],
+            sigmas=(0.0, 0.0, 0.0),
+        )
+        for name, value in (("first", 1.5), ("second", None))
+    ]
+    [(low, high)] = priors_limits.conditioned(pair, 0, priors_limits.Common(fit, 1.0)).values()
+    assert low == pytest.approx(1.5, rel=1e-6) and high == pytest.approx(1.5, rel=1e-6)
+    [(low, high)] = priors_limits.conditioned(pair, 0, priors_limits.Common(fit, 0.0)).values()
+    assert (low, high) == pytest.approx(priors_fit.interval(pair[1], fit))
 
 
 def made_up(fit, rng, devices=60):

@@ -149,10 +149,46 @@ def test_a_prediction_computed_now():
 @pytest.mark.slow
 @pytest.mark.statistics
 def test_held_out_runs_of_the_two_wells_are_predicted_as_kept():
-    """All seven rows, computed anew: the same numbers, as far as the steps of another processor let them be."""
-    kept = {one.what: one for one in predictions.kept() if one.device == "norenberg"}
-    for now in predictions.norenberg():
-        assert now.value == pytest.approx(kept[now.what].value, rel=0.2), now.what
+    """All seven rows, computed anew: the kept number, and of two coexisting responses the median of each.
+
+    The share of the twelve devices in a response is not compared closely: which devices they are depends on chaotic
+    runs, and with it a median between two responses.
+    """
+    kept = {one.what: one.value for one in predictions.kept() if one.device == "norenberg"}
+    two = dict(re.findall(r"^\| (\d\.\d Hz, \d+ mV) \| (\d.*) \|$", PREDICTED, re.MULTILINE))
+    for run, rms in predictions.held_out(predictions.nearest_to_learned()).items():
+        found = [values for values in predictions.responses(rms) if len(values) > 1]
+        if run not in two:
+            assert len(found) == 1, run
+            assert np.median(rms) == pytest.approx(kept[f"rms voltage, {run}"], rel=0.2), run
+            continue
+        low, high = found
+        counts_and_medians = [float(cell) for cell in two[run].split(" | ")]
+        for values, count, median in zip(
+            (low, high), counts_and_medians[::2], counts_and_medians[1::2], strict=True
+        ):
+            assert np.median(values) == pytest.approx(median, rel=0.2), run
+            assert abs(len(values) - count) <= 2.0, run
+        assert min(low) / 1.2 < kept[f"rms voltage, {run}"] < 1.2 * max(high), run
+
+
+@pytest.mark.thorough("test_a_prediction_computed_now")
+@pytest.mark.slow
+def test_devices_are_chosen_by_runs_some_of_which_are_chaotic():
+    """A change of rounding size changes the voltage of one candidate, and of a settled one by less than 1e-6."""
+    scenes = predictions.candidates()
+
+    def changed(seed):
+        return np.array(
+            [
+                predictions.settled(scenes[seed], 9.1, predictions.LEARNED_LEVEL * (1.0 + e), seed)
+                for e in (0.0, 1e-13, -1e-13, 1e-12, -1e-12, 1e-11)
+            ]
+        )
+
+    chaotic, settled = changed(39), changed(22)
+    assert np.ptp(chaotic) > 0.2 * chaotic.mean()
+    assert np.ptp(settled) < 1e-6 * settled.mean()
 
 
 @pytest.mark.thorough("test_products.py")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import harvester as hv
-from harvester import figures
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.machine.progress import CallingBack
+from harvester.presentation.plot import image
 from harvester.studies.compare import PATHS, compare, one_path
 from tests.support.systems import PAPER, scene
 
@@ -48,7 +48,7 @@ def test_comparison_has_every_engine_and_its_z():
     assert abs(sampled["z"]) < 4
     assert rows["published"]["ratio"] == pytest.approx(4.0, rel=0.1)
     assert {p["scene"] for p in told["paths"]} == {"with the stop", "without the stop"}
-    assert figures.image(result.plot("title"), "png").startswith(b"\x89PNG")
+    assert image(result.plot("title"), "png").startswith(b"\x89PNG")
 
 
 @pytest.mark.thorough("test_comparison_has_every_engine_and_its_z")

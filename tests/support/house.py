@@ -1,7 +1,7 @@
 """How tidy the house is, in numbers that may only fall: `python -m tests.support.house` prints them.
 
     python -m tests.support.house                       each number
-    python -m tests.support.house "words made"          and the places of those whose name has a match
+    python -m tests.support.house "words made"          and the places of those whose name has these letters
 
 A number is the count of its places, which are lines of the package's files.  The bounds are in
 tests/project/test_house.py.
@@ -440,11 +440,17 @@ MEASURES = {
 
 
 def main():
-    """Print the numbers, and the places of those that are asked for."""
+    """Print the numbers, and the places of those whose name has the letters of an argument."""
+    parts = sys.argv[1:]
+    unknown = [part for part in parts if not any(part in title for title in MEASURES)]
+    if unknown:
+        sys.exit(
+            f"no measure has {unknown[0]!r} in its name, which is one of: {', '.join(MEASURES)}"
+        )
     for title, places in MEASURES.items():
         found = list(places())
         print(f"{len(found):6d}  {title}")
-        if any(re.search(asked, title) for asked in sys.argv[1:]):
+        if any(part in title for part in parts):
             print("\n".join(f"        {line}" for line in found))
 
 

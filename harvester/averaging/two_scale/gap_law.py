@@ -106,7 +106,14 @@ def solve_distant(
     level = density / (slope * cycle.period)
     above = cycle.energy - _least(eqs)
     spread = Spread(
-        orbits.A, orbits.B, orbits.left, orbits.nu, above, mass, level, or_zero(eqs.gap)[:, 0]
+        A=orbits.A,
+        B=orbits.B,
+        left=orbits.left,
+        nu=orbits.nu,
+        energy=above,
+        mass=mass,
+        level=level,
+        gap=or_zero(eqs.gap)[:, 0],
     )
     return parts, arrays, spread, unbounded
 

@@ -57,12 +57,3 @@ def arrive_in_contact(s, elapsed, c):
     if s.measuring == DURING:
         s.impact_work += did.energy
     return x1
-
-
-@inlined
-def contact_energy(x, c):
-    """Energy that a compliant stop stores: k y^2/2."""
-    if c.k is None:
-        return 0.0
-    y = x + c.gap
-    return 0.5 * c.k * y * y if y < 0.0 else 0.0

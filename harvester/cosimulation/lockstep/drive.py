@@ -172,13 +172,13 @@ class Drive:
     def recording(self) -> Recording:
         """The arrays of the run, as the callbacks take them."""
         return Recording(
-            self.noise,
-            self.shaking,
-            self.samples,
-            self.impacts,
-            self.charge,
-            self.kicked,
-            self.modes,
+            noise=self.noise,
+            shaking=self.shaking,
+            samples=self.samples,
+            impacts=self.impacts,
+            charge=self.charge,
+            kicked=self.kicked,
+            modes=self.modes,
         )
 
     @property

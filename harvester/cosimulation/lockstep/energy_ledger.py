@@ -23,6 +23,7 @@ from harvester.cosimulation.lockstep.state import AFTER, BEFORE, DURING
 from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.equation_of_motion import intensity, spring
+from harvester.mechanics.kernels.stored_energy import spring_energy
 
 
 @inlined
@@ -61,14 +62,7 @@ def add_works_of_kick(s, v0, v1, x, volts, xi, h, c, a=None):
 @inlined
 def stored_in_mass(s, contact, c):
     """The energy of the mass, of its spring, and of a compliant stop, which holds ``contact``."""
-    energy = contact + 0.5 * s.v * s.v + (0.5 if c.linear is None else 0.5 * c.linear) * s.x * s.x
-    if c.alpha2 is not None:
-        energy += c.alpha2 / 3.0 * s.x * s.x * s.x
-    if c.alpha is not None:
-        energy += 0.25 * c.alpha * s.x * s.x * s.x * s.x
-    if c.softening is not None:
-        energy -= c.softening / 3.0 * s.x * s.x * abs(s.x)
-    return energy
+    return contact + 0.5 * s.v * s.v + spring_energy(s.x, c)
 
 
 @inlined

@@ -17,6 +17,7 @@ from harvester.mechanics.kernels.equation_of_motion import impulse, spring
 from harvester.mechanics.kernels.intervals import interval
 from harvester.mechanics.kernels.offset_stops import lower_stop
 from harvester.mechanics.kernels.path import between_kicks
+from harvester.mechanics.kernels.stored_energy import nonlinear_energy
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_circuit import drift_with_course
 from harvester.mechanics.modes.modal_step import dot, drift_modes, energy_of_modes, kick_modes
@@ -124,14 +125,7 @@ def kicked_modes(s, before, z, xi, a, c):
 @inlined
 def stored_in_modes(z, c):
     """Energy of speeds, springs and a compliant stop."""
-    energy = energy_of_modes(0, z, c)
-    x = dot(c.e, z, 0, 0)
-    if c.oscillator.alpha2 is not None:
-        energy += c.oscillator.alpha2 / 3.0 * x * x * x
-    if c.oscillator.alpha is not None:
-        energy += 0.25 * c.oscillator.alpha * x * x * x * x
-    if c.oscillator.softening is not None:
-        energy -= c.oscillator.softening / 3.0 * x * x * abs(x)
+    energy = energy_of_modes(0, z, c) + nonlinear_energy(dot(c.e, z, 0, 0), c.oscillator)
     if c.contact is not None and c.contact.k is not None:
         into = min(dot(c.phi, z, 0, 0) - lower_stop(c.contact), 0.0)
         mobility = 0.0

@@ -19,11 +19,7 @@ that is None is an effect that is absent.
 
 import math
 
-from harvester.cosimulation.lockstep.compliant_stop import (
-    arrive_in_contact,
-    contact_energy,
-    target_in_contact,
-)
+from harvester.cosimulation.lockstep.compliant_stop import arrive_in_contact, target_in_contact
 from harvester.cosimulation.lockstep.energy_ledger import (
     add_terminal_flow,
     add_works_of_kick,
@@ -45,6 +41,7 @@ from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.offset_stops import kick_at_stops, lower_stop
 from harvester.mechanics.kernels.path import between_kicks
+from harvester.mechanics.kernels.stored_energy import contact_energy
 
 # parts of a kick's step before a target, from which on rounding is not to halve ngspice's steps any
 # more

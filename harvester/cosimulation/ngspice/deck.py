@@ -70,10 +70,25 @@ def build_deck(
     source = ["Vdrive drive 0 external", f"Cp drive p {capacitance!r} ic={across!r}"]
     time_constant = None if load.resistance is None else load.resistance * capacitance
     options = integration_options(
-        step, time_constant, volts, capacitance, reltol, trapezoidal, load.smoothing
+        step,
+        time_constant,
+        volts=volts,
+        capacitance=capacitance,
+        reltol=reltol,
+        trapezoidal=trapezoidal,
+        smoothing=load.smoothing,
     )
     options += f" cshunt={float(shunt)!r}" if shunt else ""
-    return whole_deck(load, source, options, (step, duration), charge, nodes, probes, keeps)
+    return whole_deck(
+        load,
+        source,
+        options=options,
+        times=(step, duration),
+        charge=charge,
+        nodes=nodes,
+        probes=probes,
+        keeps=keeps,
+    )
 
 
 def coil_deck(

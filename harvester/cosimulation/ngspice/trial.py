@@ -85,7 +85,15 @@ def faults(library: Ngspice) -> str:
         volts = COUPLING / CAPACITANCE
         free = not load.linear
         drive = ModelDrive(
-            at, np.empty(0), np.zeros((STEPS, 2)), STEP, 1, volts, COUPLING, coil=False, free=free
+            start=at,
+            coefficients=np.empty(0),
+            noise=np.zeros((STEPS, 2)),
+            h=STEP,
+            stride=1,
+            volts=volts,
+            coupling=COUPLING,
+            coil=False,
+            free=free,
         )
         plain = Functions(None, None, lambda _, at: at.x, None, None, None)
         begin_model(drive.state[0], start, drive.record.samples, plain, model)

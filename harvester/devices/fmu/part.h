@@ -15,6 +15,7 @@ enum { DONE, EVENT, FAILED };
 enum { PARAMETER, TUNABLE, INPUT, OUTPUT, TIME };             /* what a variable is */
 enum { CREATED, INITIALISING, RUNNING, AT_EVENT, ENDED };     /* where an instance stands */
 enum { FLOAT, INTEGER };
+#define MOST_STEPS 1e9 /* inner ones in a communication step: some minutes */
 
 typedef struct {
     const char *name;
@@ -164,6 +165,10 @@ static int step(Part *part, double t, double h, int stop) {
     Data *d = &part->data;
     if (!(h > 0.0) || !isfinite(h)) {
         complain(part, "the communication step must be above 0 s and finite, but is %g s", h);
+        return FAILED;
+    }
+    if (h * FREQUENCY > MOST_STEPS * INNER_STEP) {
+        complain(part, "the communication step must be at most %g s, but is %g s", MOST_STEPS * INNER_STEP / FREQUENCY, h);
         return FAILED;
     }
     if (!(fabs(t - d->time) <= 1e-9 * (fabs(t) + h))) {

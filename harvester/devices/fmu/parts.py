@@ -44,11 +44,11 @@ def check(problem: Problem) -> None:
         raise InputError(
             "the scene must be a device, with [oscillator] and [piezo], but is nondimensional"
         )
-    unknown = unknown_to(UNIT)
-    lacking = [name.replace("_", " ") for name in problem.effects if name in unknown]
-    if lacking:
+    left_out = unknown_to(UNIT)
+    absent = [name.replace("_", " ") for name in problem.effects if name in left_out]
+    if absent:
         raise CannotServeError(
-            f"{UNIT} has one mode, and cannot model {' and '.join(lacking)}: leave it out"
+            f"{UNIT} has one mode, and cannot model {' and '.join(absent)}: leave it out"
         )
 
 

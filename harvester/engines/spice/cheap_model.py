@@ -193,7 +193,7 @@ def settled_starts(
     # which has more states than x, x', V and that of Csmooth
     is_compiled = isinstance(pilot.circuit, CompiledCircuit)
     # where the states of several modes go on
-    circuit_at = 4 if is_compiled else 5 if pilot.modes is not None else None
+    circuit_at = 4 if is_compiled else 5 if pilot.eqs.modes is not None else None
     starts: list[Start] = [
         (*map(float, state[:4]), *([state[circuit_at:]] if circuit_at else [])) for state in states
     ]

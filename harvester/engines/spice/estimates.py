@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from harvester.answers.estimate import DISPLACEMENT, PEAKS, PHASES, Estimate
 from harvester.engines.moment_existence import MomentExistence
+from harvester.engines.not_periodic import slow_store
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import estimate
 from harvester.engines.sampling import agreement, mean_with_errors, power_balance
@@ -82,7 +83,17 @@ def sampled_estimate(
         setup.seconds + runs.seconds,
         sum(run.steps for run in (*runs.done, *runs.coarse)),
     )
-    answer = estimate(name, problem, v2, power, diagnostics, seconds, steps, details, moments.V2)
+    answer = estimate(
+        name,
+        problem,
+        v2=v2,
+        power=power,
+        diagnostics=diagnostics,
+        seconds=seconds,
+        steps=steps,
+        details=details,
+        samples=moments.V2,
+    )
     return with_sampled_probes(answer, problem, watch, runs) if watch.all else answer
 
 
@@ -128,7 +139,16 @@ def steady_estimate(
     power = power.scaled(1.0 / problem.scales.watts)
     seconds = seconds - steady.warm_up_seconds
     steps = sum(response.steps for response in everything)
-    return estimate(name, problem, v2, power, diagnostics, seconds, steps, details)
+    return estimate(
+        name,
+        problem,
+        v2=v2,
+        power=power,
+        diagnostics=diagnostics,
+        seconds=seconds,
+        steps=steps,
+        details=details,
+    )
 
 
 def missed(within: float, power: Value) -> Diagnostic | None:
@@ -187,6 +207,8 @@ def partial_answer(
             covered=covered,
             why=str(error),
             steady=problem.equations.is_steady,
+            store=slow_store(problem),
+            physical=problem.physical,
         )
         v2 = square / problem.scales.volts**2
         power = watts / problem.scales.watts

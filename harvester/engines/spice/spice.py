@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.moment_existence import MomentExistence, existence
-from harvester.engines.not_periodic import not_periodic
+from harvester.engines.not_periodic import sampled_instead
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import AnyScene, Engine, Progress, needs_circuit, served
 from harvester.engines.sampling import refine
@@ -183,22 +183,15 @@ class Spice(MonteCarloOptions, Engine):
         self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None
     ) -> tuple[Estimate, Steady | None]:
         """As `run`, and the periodic response if it has one: from rest, or on from ``near``, of a drive close by."""
-        from harvester.mechanics.kernels.compiled import machine_code
-
         problem = served(type(self), scene)
         begin = time.perf_counter()
         watch = watch_of(problem, self.probe, self.ledger) if self.probe or self.ledger else Watch()
         problem = problem if self.ledger else problem.plain
         exists = existence(problem)
         self.check_times(problem.physical)
-        said: list[Diagnostic | None] = []
         one_mode = problem.equations.modes is None  # the search for a periodic response is of one
-        if (
-            one_mode
-            and problem.equations.is_steady
-            and self.trajectories is None
-            and self.duration is None
-        ):
+        sought = one_mode and problem.equations.is_steady
+        if sought and self.trajectories is None and self.duration is None:
             if (
                 steady := steady_response(self, problem, self.reltol, progress, watch.all, near)
             ) is not None:
@@ -208,7 +201,22 @@ class Spice(MonteCarloOptions, Engine):
                 return with_steady_probes(
                     answer, problem, watch, steady
                 ) if watch.all else answer, steady
-            said.append(not_periodic(problem))
+            return sampled_instead(
+                problem, lambda: self._sampled_answer(problem, watch, exists, begin, progress)
+            ), None
+        return self._sampled_answer(problem, watch, exists, begin, progress), None
+
+    def _sampled_answer(
+        self,
+        problem: Problem,
+        watch: Watch,
+        exists: MomentExistence,
+        begin: float,
+        progress: Progress | None,
+    ) -> Estimate:
+        """The answer of sampled runs, or what is known if their time is over; it was begun at ``begin``."""
+        from harvester.mechanics.kernels.compiled import machine_code
+
         searched = time.perf_counter() - begin
         code = machine_code()
         setup = set_up(
@@ -218,10 +226,8 @@ class Spice(MonteCarloOptions, Engine):
         try:
             runs, chosen = self._all_runs(problem, setup, code, exists, progress)
         except OutOfTimeError as error:
-            return partial_answer(
-                self.NAME, problem, error, time.perf_counter() - begin, setup
-            ), None
-        return sampled_estimate(self.NAME, problem, runs, exists, watch, [*chosen, *said]), None
+            return partial_answer(self.NAME, problem, error, time.perf_counter() - begin, setup)
+        return sampled_estimate(self.NAME, problem, runs, exists, watch, chosen)
 
     def _all_runs(
         self,

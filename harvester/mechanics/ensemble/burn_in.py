@@ -144,7 +144,7 @@ def until_steady(
 
 def _next_window(trajectories: Trajectories, length: float, same: bool, end: float) -> float:
     """Twice the length of the last; with a compiled circuit no longer than to the ``end``, once windows agree."""
-    is_dear = same and trajectories.own_circuit is not None
+    is_dear = same and trajectories.loaded.is_dear
     return (
         min(2.0 * length, max(end - trajectories.time, SHORTEST * length))
         if is_dear
@@ -253,7 +253,7 @@ def _cost(
 ) -> tuple[bool, float, float]:
     """Whether a ``length`` more goes beyond the budget, or `MOST_STEPS`; all steps then, and the seconds they take."""
     weight = COMPLIANT if trajectories.eqs.stop_stiffness is not None else 1.0
-    weight = max(weight, 1.0 if trajectories.own_circuit is None else OWN_KERNEL)
+    weight = max(weight, OWN_KERNEL if trajectories.loaded.is_dear else 1.0)
     made = weight * trajectories.steps
     more = weight * length / trajectories.h * trajectories.count
     spent = time.perf_counter() - begin

@@ -123,11 +123,7 @@ def sections(trajectories: Trajectories) -> Floats:
         phase = (
             np.arctan2(q / eqs.drive, p / eqs.drive) + 0.5 * h * (eqs.drive_frequency or 0.0)
         ) / (2.0 * math.pi)
-    stored = (
-        np.zeros(trajectories.count)
-        if trajectories.circuit is None
-        else trajectories.state[:, 3].ravel()
-    )
+    stored = trajectories.loaded.stored(trajectories.state)
     return np.vstack([there, stored, phase % 1.0])
 
 

@@ -358,10 +358,11 @@ class Designs:
     def _boundary(self, which: Indices, some: slice = slice(None)) -> Floats:
         """The functions whose change is a control, now: shape (levels, scenes, count, rows)."""
         states = np.moveaxis(_by_lane(self._state[some, which]), -1, 0)
-        known: Any = Coefficients(
-            *(None if column is None else column[which][:, None] for column in self._columns)
-        )
+        columns: list[Any] = [
+            None if column is None else column[which][:, None] for column in self._columns
+        ]
         of_states = circuit_boundary if self.is_circuit else boundary
+        known: Any = Coefficients._make(columns)
         functions = of_states(states, known)
         return np.moveaxis(functions, 0, -1)
 
@@ -369,7 +370,7 @@ class Designs:
 _WATCHED = ("x2", "v2", "V2", "load")
 
 
-def _column(values: Sequence[float | None]) -> Floats | None:
+def _column(values: Sequence[Any]) -> Floats | None:
     """A coefficient of all scenes, shape (n,); None if it is absent."""
     return None if values[0] is None else np.array(values)
 

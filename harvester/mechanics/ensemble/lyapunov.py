@@ -145,7 +145,17 @@ def exponent(
     coarse, coarse_pushed, coarse_steps = _run(*run, True, lambda part: done((2 + part) / 3))
     value, stderr = controlled_mean(fine, pushed)
     bias = abs(step_bias([fine, coarse], controls=np.hstack([pushed, coarse_pushed]))[0])
-    return Growth(value, stderr, bias, h, duration, burn_in, steps + coarse_steps, fine, pushed)
+    return Growth(
+        value=value,
+        stderr=stderr,
+        bias=bias,
+        h=h,
+        duration=duration,
+        burn_in=burn_in,
+        steps=steps + coarse_steps,
+        samples=fine,
+        pushed=pushed,
+    )
 
 
 def _run(

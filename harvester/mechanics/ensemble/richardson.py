@@ -59,12 +59,12 @@ def is_compiled(trajectories: Trajectories) -> bool:
 
 def _kind(trajectories: Trajectories) -> object:
     """Which numbers their kernels take; None for kernels of a circuit's or several modes' own."""
-    eqs, circuit = trajectories.eqs, trajectories.circuit
-    if trajectories.own_circuit or eqs.modes:
+    eqs = trajectories.eqs
+    if trajectories.loaded.numbers is None:
         return None
     flags = trajectories.controlled, trajectories.ngspice_rule, step_order(eqs) < STRONG
     updates = [update_of(eqs, h, trajectories.ngspice_rule) for h in (1e-3, trajectories.h)]
-    numbers = trajectories.coefficients, circuit, trajectories.shakers[0], updates
+    numbers = trajectories.loaded.numbers, trajectories.shakers[0], updates
     return flags, present(numbers)
 
 
@@ -133,10 +133,7 @@ class RichardsonPair:
     @property
     def _goes_on_from_states(self) -> bool:
         """Whether trajectories of another step begin in states of these."""
-        return (
-            self.trajectories.own_circuit is not None
-            and not self.trajectories.eqs.is_shaken_otherwise
-        )
+        return self.trajectories.loaded.is_dear and not self.trajectories.eqs.is_shaken_otherwise
 
     def _burn_in_coarser(self, duration: float) -> None:
         if self._goes_on_from_states and self._coarser:

@@ -2,9 +2,7 @@
 
 One compiled kernel advances a batch of `BATCH` trajectories in a thread of its own.  Every
 trajectory gives one independent time average, so that standard errors need no correlation time; of
-tabulated noise every block, on a record.
-
-Long because loads of three kinds have kernels of their own.
+tabulated noise every block, on a record.  The kernels are `harvester.mechanics.ensemble.loads`'s.
 """
 
 import math
@@ -22,16 +20,12 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.machine.cores import cores
 from harvester.mechanics.ensemble.hopping import Hopping
+from harvester.mechanics.ensemble.loads import loaded
 from harvester.mechanics.ensemble.own_circuit import OwnCircuit
-from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary, interleaved
-from harvester.mechanics.kernels.control_variates import boundary
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
-from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.moments import Moments, from_sums
 from harvester.mechanics.kernels.noise import child, random_words
-from harvester.mechanics.kernels.offset_stops import loss_unit
 from harvester.mechanics.kernels.path import check_start
-from harvester.mechanics.kernels.shaken_control_variates import martingales
 from harvester.mechanics.kernels.shaking import (
     Filter,
     filter_of,
@@ -41,17 +35,7 @@ from harvester.mechanics.kernels.shaking import (
     samples_of,
 )
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
-from harvester.mechanics.kernels.trajectory_batch import (
-    BATCH,
-    IDEAL_SUMS,
-    SUMS,
-    Batch,
-    Schedule,
-    advance,
-    mid_drift,
-)
-from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion
-from harvester.mechanics.trace import mechanics_of
+from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Schedule
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
@@ -142,11 +126,10 @@ class Trajectories:
         self.ngspice_rule = ngspice_rule
         self.steps = 0
         self.put_behind(circuit)
-        self.coefficients = mechanics_of(eqs).coefficients
         self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
         self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
         self._kind = circuit, ngspice_rule, self.controlled
-        self.own_sums: Any = 0.0  # what an `OwnCircuit` has counted, in all
+        self.own_sums: Any = 0.0  # what the load alone has counted, in all
         # the first: of a step whose noise is that of the steps in it
         self.doublings = 0
         self._origin = origin
@@ -169,16 +152,9 @@ class Trajectories:
                 2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride)))
             )
         start = np.moveaxis(self.start.reshape(3, -1, BATCH if self.start.ndim > 1 else 1), 1, 0)
-        self.state = aligned((self.blocks, self._rows, BATCH))
+        self.state = aligned((self.blocks, self.loaded.rows, BATCH))
         self.state[:, :3] = start
-        if self.own_circuit is not None:
-            self.own_circuit.begin(self.state)
-        elif self.circuit is not None:
-            self.state[:, 4] = start[:, 0]
-        if self.modes is not None:
-            self.modes.begin(
-                self.state, RESISTOR_ROWS if self.circuit is None else self._circuit_rows
-            )
+        self.loaded.begin(self.state)
         self.words = aligned((self.blocks, 2, BATCH), np.uint64)
         for k, words in enumerate(self.words):
             words[:] = random_words(child(self.seed, 0, k), BATCH)
@@ -192,9 +168,7 @@ class Trajectories:
     def put_behind(self, circuit: IdealCircuit | OwnCircuit | None) -> None:
         """Continue with a circuit of the same elements with other values."""
         self.circuit = circuit
-        ideal = circuit if isinstance(circuit, IdealCircuit) else None
-        self.own_circuit = None if isinstance(circuit, IdealCircuit) else circuit
-        self.modes = None if self.eqs.modes is None else ModalMotion(self.eqs, ideal)
+        self.loaded = loaded(self.eqs, circuit)
 
     def _begin_shaking(self) -> None:
         """Make the filters of shaking other than white noise; all share a record that is not drawn at random."""
@@ -224,40 +198,26 @@ class Trajectories:
         time = self.stride * self.h
         samples_a_period = round((eqs.shaking_period or time) / time)
         samples = samples_a_period * max(1, round(duration / (samples_a_period * time)))
-        kernels = self._kernels
-        rows = (
-            len(SUMS if self.circuit is None else IDEAL_SUMS) if kernels is None else kernels.sums
-        )
-        sums = aligned((self.blocks, rows, BATCH))
-        noise = aligned((self.blocks, self._martingales, BATCH)) if self.controlled else None
-        begin = self._boundary() if self.controlled else np.empty(0)
-        schedule = Schedule(
-            samples, self.stride, self.doublings, self.ngspice_rule and self.time > 0.0
-        )
-        update = update_of(eqs, self.h, self.ngspice_rule)
-        piece = max(1, PIECE // self.stride) if self.own_circuit else samples
+        pair = self.loaded
+        sums = aligned((self.blocks, pair.sums, BATCH))
+        noise = aligned((self.blocks, pair.martingales, BATCH)) if self.controlled else None
+        begin = pair.boundary(self._states()) if self.controlled else np.empty(0)
+        landed = self.ngspice_rule and self.time > 0.0
+        schedule = Schedule(samples, self.stride, self.doublings, landed)
+        piece = max(1, PIECE // self.stride) if pair.is_dear else samples
         given_up = threading.Event()
 
         def block(k: int) -> None:
-            batch = self._batch(k, sums[k], None if noise is None else noise[k])
-            if kernels is not None:
-                for done in range(0, samples, piece):
-                    part = schedule._replace(samples=min(piece, samples - done))
-                    kernels.advance(batch, self.state[k], part, self.h, eqs, self.shakers[k])
-                    if not np.abs(self.state[k]).max() < LARGEST:
-                        self.state[k] = math.nan
-                    if given_up.is_set() or math.isnan(self.state[k, 0, 0]):
-                        break
-            else:
-                advance(
-                    batch,
-                    schedule,
-                    self.h,
-                    self.circuit,
-                    self.coefficients,
-                    self.shakers[k],
-                    update,
-                )
+            controls = None if noise is None else noise[k]
+            batch = pair.batch(self.state[k], self.words[k], sums[k], controls)
+            for done in range(0, samples, piece):
+                part = schedule._replace(samples=min(piece, samples - done))
+                shaker = self.shakers[k]
+                pair.advance(batch, self.state[k], part, self.h, shaker, self.ngspice_rule)
+                if not np.abs(self.state[k]).max() < pair.largest:
+                    self.state[k] = math.nan
+                if given_up.is_set() or math.isnan(self.state[k, 0, 0]):
+                    break
             if progress is not None:
                 progress(samples * time * BATCH)
 
@@ -273,54 +233,12 @@ class Trajectories:
                 f"at a step of {self.h:.3g}/w0; {remedy(self.eqs, self.h)}"
             )
         self.own_sums = self.own_sums + sums[:, len(IDEAL_SUMS) :].sum(axis=(0, 2))
-        if self.own_circuit is not None:
-            self.own_circuit.check_sums(self.own_sums, self.state)
-        moments = from_sums(sums, samples, elapsed, self._loss_unit, eqs.load)
+        pair.check(self.own_sums, self.state)
+        moments = from_sums(sums, samples, elapsed, pair.loss_unit, eqs.load)
         if noise is None:
             return moments
-        both = np.hstack(list(noise)), self._boundary() - begin
-        known = np.vstack(both) if self.circuit is None else interleaved(*both)
+        known = pair.controls(np.hstack(list(noise)), pair.boundary(self._states()) - begin)
         return replace(moments, controls=known.T / elapsed)
-
-    @property
-    def _kernels(self) -> OwnCircuit | ModalMotion | None:
-        """What brings kernels of its own."""
-        return self.own_circuit or self.modes
-
-    @property
-    def _circuit_rows(self) -> int:
-        """Rows of one mode and its circuit."""
-        return 5 if self.own_circuit is None else self.own_circuit.rows
-
-    @property
-    def _rows(self) -> int:
-        """How many rows the states of a block have."""
-        if self._kernels is None:
-            return 3 if self.circuit is None else 5
-        return self._kernels.rows + (
-            0 if self.modes in (None, self._kernels) else self.modes.rows - RESISTOR_ROWS
-        )
-
-    @property
-    def _martingales(self) -> int:
-        """How many rows of martingales there are."""
-        if self.modes is None or self.circuit is not None:
-            return martingales(self.eqs.coloured is not None)
-        return self.modes.martingales
-
-    @property
-    def _loss_unit(self) -> float:
-        """The unit of the sums of impact losses."""
-        if self.modes is not None:
-            return 1.0 / self.modes.mobility
-        return loss_unit(self.coefficients) if self.circuit is None else 1.0
-
-    def _batch(self, k: int, sums: Floats | None = None, controls: Floats | None = None) -> Batch:
-        """A block as the kernels take it."""
-        (x, v, voltage, *circuit), (s0, s1) = self.state[k], self.words[k]
-        return Batch(
-            x, v, voltage, s0, s1, sums, controls, *(() if self.circuit is None else circuit[:2])
-        )
 
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, count)."""
@@ -330,24 +248,14 @@ class Trajectories:
         # in one piece, also of several blocks: else their kernel is compiled twice
         columns = np.empty((3, BATCH))
         for k, shaker in enumerate(self.shakers):
-            if (kernels := self._kernels) is not None:
-                kernels.mid_drift(self.state[k], columns, self.h, self.eqs, shaker)
-            else:
-                mid_drift(self._batch(k), columns, self.h, self.coefficients, self.circuit, shaker)
+            batch = self.loaded.batch(self.state[k], self.words[k], None, None)
+            self.loaded.mid_drift(batch, self.state[k], columns, self.h, shaker)
             out[:, k * BATCH : (k + 1) * BATCH] = columns
         return out
 
     def _states(self) -> Floats:
         """The state after a kick of all trajectories, shape (3 or 5, count)."""
         return np.moveaxis(self.state, 0, 1).reshape(self.state.shape[1], -1)
-
-    def _boundary(self) -> Floats:
-        """The functions of the present states whose change is one kind of controls."""
-        if self.modes is not None:
-            return self.modes.boundary(
-                self._states(), self.eqs, None if self.circuit is None else self._circuit_rows
-            )
-        return (boundary if self.circuit is None else circuit_boundary)(self._states(), self.eqs)
 
     def block(self, h: float | None) -> "Trajectories":
         """Fresh trajectories of the same scene, but a single block of them."""

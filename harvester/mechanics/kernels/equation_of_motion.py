@@ -243,14 +243,6 @@ def spring(x, c):
 
 
 @inlined
-def coupling(x, c):
-    """The coupling 1 + gamma x^2 over that at rest."""
-    if c.gamma is None:
-        return 1.0
-    return 1.0 + c.gamma * x * x
-
-
-@inlined
 def withheld(x, c):
     """The part of white noise's power N(x) that a mass 1 + inertia x^2 does not take up."""
     if c.inertia is None or (c.n1 is None and c.n2 is None):
@@ -296,7 +288,10 @@ def kick(s, xi, h, c, a=None, other=None):
     """
     force = spring(s.x, c)
     if c.beta is not None:
-        force -= c.beta * s.V * coupling(s.x, c)
+        if c.gamma is None:  # a factor of 1 would change the order of the sum, and its last bits
+            force -= c.beta * s.V
+        else:
+            force -= c.beta * s.V * (1.0 + c.gamma * s.x * s.x)
     if a is not None:
         force += a
     dv = h * force

@@ -9,6 +9,7 @@ from harvester.mechanics.kernels.compiled import inlined, version_of
 from harvester.mechanics.kernels.driver import IdealLoad
 from harvester.mechanics.kernels.equation_of_motion import kick, spring
 from harvester.mechanics.kernels.offset_stops import lower_stop
+from harvester.mechanics.kernels.stored_energy import contact_energy, spring_energy
 from harvester.mechanics.part.outside_forces import PartMotion, acceleration
 
 BEGIN, ADVANCE, STOPPING, JUMP, READ = range(5)
@@ -65,22 +66,6 @@ class OUT(IntEnum):
     STORED = 14
     STORE = 15
     SIZE = 16
-
-
-@inlined
-def potential(x, c):
-    """Energy of the spring and of a compliant stop."""
-    energy = 0.5 * x * x
-    if c.linear is not None:
-        energy *= c.linear
-    if c.alpha2 is not None:
-        energy += c.alpha2 * x * x * x / 3.0
-    if c.alpha is not None:
-        energy += 0.25 * c.alpha * x * x * x * x
-    if c.k is not None:
-        depth = min(x + c.gap, 0.0)
-        energy += 0.5 * c.k * depth * depth
-    return energy
 
 
 @inlined
@@ -184,6 +169,6 @@ def report(out, m, quiet, c, load, outside):
     out[11] = beta * m.load
     out[12] = m.damping
     electrical = 0.5 * beta * (m.V * m.V + drawn.kappa * drawn.U * drawn.U)
-    out[14] = 0.5 * m.v * m.v + potential(m.x, c) + electrical
+    out[14] = 0.5 * m.v * m.v + spring_energy(m.x, c) + contact_energy(m.x, c) + electrical
     out[15] = drawn.U
     return 0

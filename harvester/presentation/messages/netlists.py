@@ -47,6 +47,16 @@ def _twice(element: str, line: str, value: float, capacitance: float) -> str:
     )
 
 
+def _no_return(names: str, count: int) -> str:
+    lack = "has" if count == 1 else "have"
+    block = "it blocks" if count == 1 else "they block"
+    return (
+        f"{names} {lack} no return path for a direct current, which the piezo and capacitors block: "
+        f"once the capacitors are charged, {block} but for leakage and breakdown; a bridge or a "
+        "second diode closes the path"
+    )
+
+
 MESSAGES: dict[str, str | Callable[..., str]] = {
     "digits_behind_suffix": _digits,
     "mega_or_milli": _mega,
@@ -55,4 +65,5 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "piezo_capacitance_twice": _twice,
     "antiparallel_diodes": "{first} and {second} connect an electrode and the store in both "
     "directions: nothing is rectified; is one of them at the other electrode?",
+    "no_return_path": _no_return,
 }

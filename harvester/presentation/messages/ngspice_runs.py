@@ -58,9 +58,17 @@ def _precision_unknown(why: str, steps: int, error: str) -> str:
     }[why]
 
 
-def _mean_while_settling(covered: float, why: str, steady: bool) -> str:
+def _store_settles(time: float, physical: bool) -> str:
+    settles = duration(time) if physical else f"{time:.3g}/w0"
+    return f"the store settles in {settles}; 'harvester charge' computes its way up"
+
+
+def _mean_while_settling(
+    covered: float, why: str, steady: bool, store: float | None = None, physical: bool = True
+) -> str:
+    said = f"the mean is over {duration(covered)} of ngspice, while still settling: {why}"
     several = "; a periodic response needs several such runs" if steady else ""
-    return f"the mean is over {duration(covered)} of ngspice, while still settling: {why}{several}"
+    return f"{said}{several}" + ("" if store is None else f"; {_store_settles(store, physical)}")
 
 
 def _ngspice_left_out(resistive: bool, why: str) -> str:
@@ -76,15 +84,19 @@ def _several_responses(responses: int, from_rest: bool, engine: str) -> str:
     return f"the excitation has {responses} response{'s' * (responses > 1)}, and {this}; {others}"
 
 
-def _not_periodic(cause: str = "", time: float = 0.0, physical: bool = True) -> str:
+def _not_periodic(
+    cause: str = "", initial: bool = False, time: float = 0.0, physical: bool = True
+) -> str:
     said = "no response repeats within 8 periods of the excitation, so runs are sampled"
-    settles = duration(time) if physical else f"{time:.3g}/w0"
-    why = {
-        "store": f"the store settles in {settles}; 'harvester charge' computes its way up",
+    causes = {
+        "store": _store_settles(time, physical),
         "rhythm": "a switch of the netlist may have a rhythm of its own",
-        "initial": "IC= or .ic may begin far from the steady state; leave it out",
+        "oscillates": "transistors or controlled sources of the netlist may oscillate by themselves",
+        "mass": "the motion of a nonlinear mass or one that hits a stop may be chaotic",
     }
-    return f"{said}: {why[cause]}" if cause else said
+    begins = "the runs begin at IC= or .ic, which may be far from the steady state; leave it out"
+    why = [text for name, text in causes.items() if name == cause] + [begins] * initial
+    return f"{said}: {'; '.join(why)}" if why else said
 
 
 def _stores(share: float) -> str:
@@ -100,11 +112,6 @@ def _stores(share: float) -> str:
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
     # a model of the user's own
-    "paths_missed": lambda within, error: (
-        f"`within` {within:.2g} was not reached by 2^8 times smaller steps and 256 paths: the error is "
-        + ("that of a mean of zero" if error is None else f"{error:.1%}")
-        + "; give a smaller `step` or a longer `duration`"
-    ),
     "model_path": "one trajectory at one step: half of `step` and a tenth of `tolerance` show its error",
     "stand_in": "ngspice ran on a device of {mass:g} kg, w0 = {frequency:g} rad/s, Cp = {capacitance:g} F, theta = "
     "{coupling:.4g} N/V; results are nondimensional",

@@ -1,14 +1,17 @@
 """The answer of a charging study: the time to a voltage and its spread, the curve, and the power on the way."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from harvester import figures
 from harvester.arrays import Floats
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.result import Result, TableResult
 from harvester.presentation.sheet import table_of
 from harvester.presentation.table import Column, Table
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 FEW = 20  # runs, of which 5 % are less than one
 
@@ -146,9 +149,9 @@ class ChargingResult(TableResult):
             return None
         return self.time.scaled(self.energy / self.time.value**2)
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """Draw the curve with its band, the share of runs that have arrived, and the power, as a matplotlib figure."""
-        return figures.charging(self, title)
+        return drawing.draw(self, title)
 
     @property
     def table(self) -> Table:

@@ -115,7 +115,15 @@ def _runs(device: "CoupledDevice", runs: ChargeRuns, length: float) -> Passages:
     seeds = [child(root, k) for k in range(runs.count)]
     pairs: list[tuple[ChargeRun, ChargeRun]] = []
     after: tuple[list[Afterwards], list[Afterwards]] = [], []
-    for pair in charges_in_workers(device, seeds, n_steps, levels, at, runs.anywhere, math.inf):
+    for pair in charges_in_workers(
+        device,
+        seeds,
+        n_steps=n_steps,
+        levels=levels,
+        times=at,
+        anywhere=runs.anywhere,
+        deadline=math.inf,
+    ):
         for runs_after, run in zip(after, pair, strict=True):
             runs_after.append(afterwards(at, run.curve, float(levels[-1])))
         fine, coarser = (replace(run, curve=run.curve[::finer].copy()) for run in pair)
@@ -128,5 +136,14 @@ def _runs(device: "CoupledDevice", runs: ChargeRuns, length: float) -> Passages:
     smoothing = pairs[0][0].smoothing
     looked = after if runs.whole else None
     return Passages(
-        levels, times, coarse, at[::finer], curves, end, smoothing, steps, 0.0, after=looked
+        levels=levels,
+        times=times,
+        coarse=coarse,
+        at=at[::finer],
+        curves=curves,
+        end=end,
+        capacitance=smoothing,
+        steps=steps,
+        seconds=0.0,
+        after=looked,
     )

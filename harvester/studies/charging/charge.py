@@ -141,7 +141,16 @@ def charge(
     real = watched * unit / problem.scales.frequency  # in seconds of the device that runs
     looked = None if seen.name == STORE else seen
     runs = ChargeRuns(
-        problem, levels, real, count, seed, h, looked, anywhere, duration is not None, progress
+        problem=problem,
+        levels=levels,
+        duration=real,
+        count=count,
+        seed=seed,
+        h=h,
+        probe=looked,
+        anywhere=anywhere,
+        whole=duration is not None,
+        progress=progress,
     )
     passages = _passages(name, runs)
     if engine is None and has(passages.notes, "charge_not_slow"):
@@ -150,7 +159,15 @@ def charge(
         again = count_of_runs(trajectories, name, steady)
         direct = min(real, LONGER * passages.at[-1])
         passages = _passages(name, dataclasses.replace(runs, count=again, duration=direct))
-    charging = _answer(problem, passages, name, seen, target, reason, not chosen)
+    charging = _answer(
+        problem,
+        passages,
+        engine=name,
+        probe=seen,
+        target=target,
+        reason=reason,
+        by_default=not chosen,
+    )
     if folder is not None:
         arguments = {
             "trajectories": trajectories,
@@ -208,13 +225,13 @@ def _answer(
         high = passages.quantile(HIGH, k)
         levels.append(
             Level(
-                float(voltage) / scale,
-                energy * watts * clock if stored else None,
-                float(np.isfinite(passages.times[:, k]).mean()),
-                None if mean is None else mean.scaled(clock),
-                None if low is None else low * clock,
-                None if high is None else high * clock,
-                None if power is None else power.scaled(watts),
+                voltage=float(voltage) / scale,
+                energy=energy * watts * clock if stored else None,
+                reached=float(np.isfinite(passages.times[:, k]).mean()),
+                time=None if mean is None else mean.scaled(clock),
+                low=None if low is None else low * clock,
+                high=None if high is None else high * clock,
+                power=None if power is None else power.scaled(watts),
             )
         )
         below = energy

@@ -58,17 +58,17 @@ def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
     share = ((at - t[after - 1]) / (t[after] - t[after - 1]))[:, None]
     curves = (1.0 - share) * u[after - 1] + share * u[after]
     return Passages(
-        runs.levels,
-        times.T / s.frequency,
-        others.T / s.frequency,
-        at / s.frequency,
-        curves.T * s.volts,
-        runs.duration,
-        problem.circuit.smoothing or 0.0,
-        fine.steps + coarse.steps,
-        time.perf_counter() - begin,
-        _MODELS[engine].UNKNOWN,
-        1.0 / (math.sqrt(2.0) - 1.0),
+        levels=runs.levels,
+        times=times.T / s.frequency,
+        coarse=others.T / s.frequency,
+        at=at / s.frequency,
+        curves=curves.T * s.volts,
+        end=runs.duration,
+        capacitance=problem.circuit.smoothing or 0.0,
+        steps=fine.steps + coarse.steps,
+        seconds=time.perf_counter() - begin,
+        unknown=_MODELS[engine].UNKNOWN,
+        counted=1.0 / (math.sqrt(2.0) - 1.0),
         together=fine.together,
     )
 

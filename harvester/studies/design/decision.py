@@ -108,7 +108,19 @@ def design(
     }
     if not meeting:
         raise InputError(_nearest(candidates, needed, problem, left_out))
-    shares = _shares(device, meeting, needed, farads, spreads, seed, execution) if spreads else {}
+    shares = (
+        _shares(
+            device,
+            meeting,
+            needed=needed,
+            farads=farads,
+            spreads=spreads,
+            seed=seed,
+            execution=execution,
+        )
+        if spreads
+        else {}
+    )
     order = _order(meeting, shares)
     chosen, best = candidates[order[0]]
     farads = capacitance(needed, device, best.kept)
@@ -121,7 +133,16 @@ def design(
     ]
     if chosen.coil is not None:
         remarks.append(warning("detector_not_counted", chosen.circuit))
-    result = _result(problem, needed, farads, candidates, order, shares, remarks, begin)
+    result = _result(
+        problem,
+        needed,
+        farads=farads,
+        candidates=candidates,
+        order=order,
+        shares=shares,
+        diagnostics=remarks,
+        begin=begin,
+    )
     if folder is not None:
         folder.table("design", result.table.csv())
         files.write(folder.path / "design.toml", as_written(result.scene))
@@ -198,7 +219,15 @@ def _shares(
         def report_share(share: float, k: int = k, name: str = name) -> None:
             execution.progress.step(0.3 + 0.7 * (k + share) / len(compared), name)
 
-        share_of[name] = share_met(candidate, device, needed, farads, spreads, seed, report_share)
+        share_of[name] = share_met(
+            candidate,
+            device,
+            needed=needed,
+            farads=farads,
+            spreads=spreads,
+            seed=seed,
+            progress=report_share,
+        )
     return share_of
 
 

@@ -1,9 +1,9 @@
 """What `harvester design` decides: the circuit with its parts, what it gives, and what else could be."""
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from harvester import figures
 from harvester.equations.power_bound import PowerBound
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.result import Result, TableResult
 from harvester.presentation.sheet import table_of
@@ -11,6 +11,9 @@ from harvester.presentation.table import Table
 from harvester.scene.scene import Scene
 from harvester.studies.tolerance.distribution import ShareInterval
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 
 class DesignCandidate(Result):
@@ -147,6 +150,6 @@ class DesignResult(TableResult):
         """The candidates."""
         return table_of(self.candidates, "", self.unit_names)
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """Draw what each circuit gives next to what is needed, as a matplotlib figure."""
-        return figures.design(self, self.scene.title if title == "" else title)
+        return drawing.draw(self, self.scene.title if title == "" else title)

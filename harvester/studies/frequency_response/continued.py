@@ -164,9 +164,25 @@ def _phases(
     shaking = abs(eqs.drive) * np.cos(angles)
     stored = 0.0 if circuit is None else float(trajectories.state[0, 3, 0])
     if circuit is None or isinstance(circuit, IdealCircuit):
-        path = trace(eqs, quiet, h, 1, (x, v, voltage, stored), shaking, circuit)
+        path = trace(
+            eqs,
+            quiet,
+            h=h,
+            stride=1,
+            start=(x, v, voltage, stored),
+            shaking=shaking,
+            circuit=circuit,
+        )
     else:
-        path = circuit.trace(eqs, quiet, h, 1, (x, v), trajectories.state[0, 4:, 0], shaking)
+        path = circuit.trace(
+            eqs,
+            quiet,
+            h=h,
+            stride=1,
+            start=(x, v),
+            state=trajectories.state[0, 4:, 0],
+            shaking=shaking,
+        )
     variance = float(np.mean(pair.moments.x2 - pair.moments.x**2))
     if not abs(float(np.var(path.x)) - variance) <= UNLIKE * variance:
         return None, None

@@ -3,18 +3,21 @@
 import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import field, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from harvester import figures
 from harvester.engines.sampling import UNLIKE
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import Result, TableResult
 from harvester.presentation.sheet import table_of
 from harvester.presentation.table import Cell, Column, Table
 from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 # Columns over the base's amplitude of so many g: their values and units.
 PER_G: dict[str, tuple[Callable[[ResponsePoint, float], float], str]] = {
@@ -150,9 +153,9 @@ class FrequencyResponse(TableResult):
                 frequencies.append(up.frequency)
         return frequencies
 
-    def plot(self, title: str | None = "", per_g: bool = False) -> "figures.Plot":
+    def plot(self, title: str | None = "", per_g: bool = False) -> "Plot":
         """Draw power, voltage, displacement and phases against the frequency; ``per_g``: over the base's amplitude."""
-        return figures.response([self], title, per_g)
+        return drawing.draw(self, title, per_g=per_g)
 
     @property
     def sweeps(self) -> dict[str, DirectionPeak]:

@@ -14,7 +14,6 @@ from functools import partial
 from pathlib import Path
 from typing import cast
 
-from harvester import figures
 from harvester.engines import Compiled, Ensemble, Exact, Spice
 from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named
@@ -295,8 +294,14 @@ def draw(
     about = provenance_with_engines(problem, chosen, sweep=list(swept), **varied)
     with response_journal(folder.path, about, resume, total) as journal:
         result = _responses(
-            problem, sweep, points, chosen, report, report_reused or report, journal
+            problem,
+            sweep,
+            points=points,
+            engines=chosen,
+            report=report,
+            report_reused=report_reused or report,
+            journal=journal,
         )
-        drawn = figures.response(result.curves, problem.scene.name, per_g)
+        drawn = result.plot(problem.scene.name, per_g)
         folder.save("response", result.table.csv(units=True), drawn, about)
     return result

@@ -1,14 +1,17 @@
 """Several frequency responses side by side: of several values of scene keys, such as loads, and by several engines."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from harvester import figures
+from harvester.presentation import drawing
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.diagnostic import Diagnostic, note, without_repeats
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Cell, Column, Table
 from harvester.scene.keys import unit_of
 from harvester.studies.frequency_response.curve import FrequencyResponse
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 # remarks that many responses count instead
 ONE_EACH = frozenset({"hysteresis", "peak_at_an_end", "peak_between"})
@@ -72,9 +75,9 @@ class FrequencyResponses(TableResult):
             rest.append(note("hysteresis_in_several", several=with_it, of=len(self.curves)))
         return tuple(rest)
 
-    def plot(self, title: str | None = "", per_g: bool = False) -> "figures.Plot":
+    def plot(self, title: str | None = "", per_g: bool = False) -> "Plot":
         """Draw the curves; of many values of one key a map of the power over frequency and value."""
-        return figures.response(self.curves, title, per_g)
+        return drawing.draw(self, title, per_g=per_g)
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints: that of the one response, or ``responses``, one of each."""

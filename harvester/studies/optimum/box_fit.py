@@ -34,7 +34,15 @@ def fit_box(
     high = np.minimum(u + width, 1.0)
     x = (np.array([p.u for p in kept[0]]) - u) / width
     walls = np.array([low <= 0.0, high >= 1.0])
-    return Fit(x, power, covariance, (low - u) / width, (high - u) / width, walls, degree), bias
+    return Fit(
+        x=x,
+        power=power,
+        covariance=covariance,
+        low=(low - u) / width,
+        high=(high - u) / width,
+        walls=walls,
+        degree=degree,
+    ), bias
 
 
 def peak_of_box(fit: Fit, bias: Floats, u: Floats, width: Floats) -> Peak:

@@ -58,7 +58,13 @@ def front(request: SearchRequest, points: int, progress: Progress) -> ParetoFron
     notes = tuple(dict.fromkeys([*warnings, *search.warnings, *remarks(quantity, sign, kept, ())]))
     seconds = time.perf_counter() - begin
     return ParetoFront(
-        robust_of(request).engine.NAME, quantity, sign, kept, request.scene.physical, seconds, notes
+        engine=robust_of(request).engine.NAME,
+        quantity=quantity,
+        sign=sign,
+        points=kept,
+        physical=request.scene.physical,
+        seconds=seconds,
+        diagnostics=notes,
     )
 
 

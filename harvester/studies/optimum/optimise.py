@@ -135,7 +135,15 @@ def optimise(
         raise invalid("`points`", f"be between 2 and {MOST_POINTS}", points)
     with working(execution.progress) as progress:
         if kind == "circuits":
-            return best_circuit(scene, circuits, ranges, engine, within, budget, execution)
+            return best_circuit(
+                scene,
+                circuits,
+                vary=ranges,
+                engine=engine,
+                within=within,
+                budget=budget,
+                execution=execution,
+            )
         folder = OutputFolder.of(execution)
         if kind == "plain":
             return Search.begin(
@@ -146,7 +154,15 @@ def optimise(
             answer = sampled_front(request, target.second, constraints, lifetime, progress)
         else:
             robust = robust_request(
-                scene, ranges, target, constraints, spread, engine, lifetime, within, budget
+                scene,
+                ranges,
+                objective=target,
+                constraints=constraints,
+                spread=spread,
+                engine=engine,
+                lifetime=lifetime,
+                within=within,
+                budget=budget,
             )
             if target.second is None:
                 return under_limits(robust, progress, folder)

@@ -1,11 +1,11 @@
 """The answer of a search for the largest power: the keys with intervals, the power there, other peaks, what it took."""
 
 from collections import Counter
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from harvester import figures
 from harvester.answers.estimate import Estimate
 from harvester.errors import HarvesterError
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, has
 from harvester.presentation.result import Result, TableResult
 from harvester.presentation.table import Column, Table
@@ -13,6 +13,9 @@ from harvester.scene.keys import unit_of
 from harvester.studies.optimum.evaluations import Evaluation
 from harvester.studies.optimum.ranges import Range
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 _ENDS = {-1: "low", 1: "high"}
 # Why no place of the ranges is better than another, and why the best has no interval.
@@ -252,9 +255,9 @@ class Optimum(TableResult, kw_only=True):
         """The object that ``--json`` prints: its fields, with the keys by their names."""
         return super().as_json() | {"keys": {key.key: key.as_json() for key in self.keys}}
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The evaluations and the optimum as a matplotlib figure."""
-        return figures.optimum(self, title)
+        return drawing.draw(self, title)
 
 
 def end(face: float) -> str | None:

@@ -2,15 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from harvester import figures
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
 from harvester.studies.tolerance.device_limits import QUANTITIES
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 
 @dataclass(frozen=True)
@@ -138,9 +141,9 @@ class ParetoFront(TableResult):
         )
         return Table(tuple(columns), "none has more power and a better other quantity")
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The power against the other quantity as a matplotlib figure."""
-        return figures.front(self, title)
+        return drawing.draw(self, title)
 
 
 def remarks(

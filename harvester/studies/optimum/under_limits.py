@@ -202,7 +202,13 @@ def with_counted_peaks(
     begin = time.perf_counter()
     part = PartOfProgress(progress, 0.0, SHARE)
     counted = place_peaks(
-        scene, request.ranges, robust.vary, robust.lifetime, request.budget, robust.path_seed, part
+        scene,
+        request.ranges,
+        vary=robust.vary,
+        lifetime=robust.lifetime,
+        budget=request.budget,
+        seed=robust.path_seed,
+        progress=part,
     )
     left = max(request.budget - (time.perf_counter() - begin), SHORTEST)
     robust = dataclasses.replace(robust, counted=counted)

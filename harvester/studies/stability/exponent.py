@@ -1,15 +1,15 @@
 """Stability of a scene at rest: its top Lyapunov exponent three ways, and the region in which it is stable."""
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from harvester import figures
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.machine.progress import PartOfProgress, working
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import PAPERS_FORMULA
 from harvester.presentation.result import TableResult
@@ -18,6 +18,9 @@ from harvester.scene.plausibility import unusual_values
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.stability.region import LOADS, Edge, check_rest, edges
 from harvester.uncertainty.value import Value
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 EXACT = 1e-9  # relative: an estimated error below is that of the arithmetic
 
@@ -88,13 +91,13 @@ class Stability(TableResult):
         )
         return Table(columns, "The edge of stability")
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The region of stability in the plane (mu, D22); raises InputError if that was not computed."""
         if not self.region:
             raise InputError(
                 "`plot` must have a region of stability, which only `stability` with `out` computes"
             )
-        return figures.region([edge.mu for edge in self.region], self.region, title)
+        return drawing.draw(self, title)
 
 
 @names_arguments

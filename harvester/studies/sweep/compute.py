@@ -16,12 +16,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from harvester import figures
 from harvester.engines.protocol import Engine
 from harvester.errors import HarvesterError, InputError, named_once
 from harvester.machine import files
 from harvester.machine.cores import cores
 from harvester.machine.execution import DEFAULT, Execution
+from harvester.presentation import drawing
 from harvester.presentation.answer_units import AnswerUnits
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import OutputFolder, provenance_with_engines
@@ -138,7 +138,7 @@ def _noise(engines: Sequence[Engine], common_noise: bool) -> str:
 def _preload_figures() -> None:
     """Load the modules that draw and write the finished table: half a second, in which the workers compute."""
     importlib.import_module("scipy.io")
-    _ = figures.sweep
+    drawing.drawing_of(SweepTable)
 
 
 @dataclass(frozen=True)
@@ -165,8 +165,9 @@ class _Sweep:
 
     def is_missing(self, point: int, index: int) -> bool:
         """Whether an engine runs at a point, and has not yet."""
-        asked = self.names[index] != self.check or point in self.checked
-        return asked and not self.journal.has(point, index)
+        if self.names[index] == self.check and point not in self.checked:
+            return False
+        return not self.journal.has(point, index)
 
     @property
     def names(self) -> list[str]:

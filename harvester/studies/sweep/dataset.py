@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from harvester.figures.shapes import SweepShape
 from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
+from harvester.studies.sweep.points import Axis
+from harvester.studies.sweep.rows import SweepRow
 
 if TYPE_CHECKING:
     import xarray
@@ -29,8 +30,28 @@ MEANINGS = {
 PURE = ("_dof", "_unknown")
 
 
-class TableShape(SweepShape, Protocol):
-    """What a dataset reads of a `harvester.SweepTable`, next to what its figure does."""
+class TableShape(Protocol):
+    """What a dataset reads of a `harvester.SweepTable`, which stands above it."""
+
+    @property
+    def axes(self) -> Sequence[Axis]:
+        """The varied keys with their values."""
+        ...
+
+    @property
+    def listed(self) -> bool:
+        """Whether the axes hold the values of one point after another."""
+        ...
+
+    @property
+    def rows(self) -> Sequence[SweepRow]:
+        """The rows."""
+        ...
+
+    @property
+    def engines(self) -> Sequence[str]:
+        """The engines that answered."""
+        ...
 
     @property
     def keys(self) -> Sequence[str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from harvester import figures
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.glossary import term
 from harvester.presentation.result import TableResult
@@ -19,6 +19,8 @@ from harvester.studies.sweep.rows import QUANTITIES, SweepRow, columns_of, power
 
 if TYPE_CHECKING:
     import xarray
+
+    from harvester.presentation.plot import Plot
 
 
 class SweepTable(TableResult):
@@ -136,12 +138,12 @@ class SweepTable(TableResult):
 
         return dataset(self)
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """Mean power against the key of the most values, ``title`` (empty: the scene's; None: none) above."""
         scene = self.about.get("scene", {})
         if title == "" and scene:
             title = scene.get("title") or Scene(**scene).name
-        return figures.sweep(self, title)
+        return drawing.draw(self, title)
 
 
 def _of_check(
@@ -157,12 +159,12 @@ def _of_check(
     ]
     if not pairs:
         return
-    apart = [abs(mine.value - its.value) for mine, its in pairs]
+    distances = [abs(mine.value - its.value) for mine, its in pairs]
     beyond = sum(
         far > math.hypot(mine.known_error95, its.known_error95)
-        for far, (mine, its) in zip(apart, pairs, strict=True)
+        for far, (mine, its) in zip(distances, pairs, strict=True)
     )
-    largest = max(far / abs(its.value) for far, (_, its) in zip(apart, pairs, strict=True))
+    largest = max(far / abs(its.value) for far, (_, its) in zip(distances, pairs, strict=True))
     numbers: dict[str, Any] = {"engine": last, "count": len(pairs), "largest": largest}
     yield (
         warning("check_differs", check, beyond=beyond, **numbers)

@@ -166,7 +166,13 @@ def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> To
     unexplained = float(second.var() / max((first + second).var(), 1e-300))
     coefficients = np.append(p0, slopes * half)
     surface = Polynomial(
-        x0, half, linear, coefficients, float(second.std()), unexplained, np.zeros((len(linear), 1))
+        middle=x0,
+        half=half,
+        powers=linear,
+        coefficients=coefficients,
+        scatter=float(second.std()),
+        unexplained=unexplained,
+        factor=np.zeros((len(linear), 1)),
     )
     law = note(
         "linear_law", missed=missed, mean=float(second.mean()) / p0, beyond=beyond, runs=n_runs
@@ -175,7 +181,16 @@ def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> To
     samples = Samples(
         engine.NAME, values, np.ones(len(x), dtype=bool), dict.fromkeys(values, off), (law,)
     )
-    return ToleranceRuns(samples, x, surface, alone, 0, (), {}, {})
+    return ToleranceRuns(
+        samples=samples,
+        x=x,
+        surface=surface,
+        alone=alone,
+        failed=0,
+        warnings=(),
+        peaks={},
+        peaks_off={},
+    )
 
 
 def _by_gradient(engine: Any, scene: Any, ends: Floats, keys: list[str], report: Any) -> _Slopes:

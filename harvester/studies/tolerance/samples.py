@@ -121,9 +121,9 @@ def direct(engine: Engine, table: SweepTable) -> Samples:
         off[name] = None if errors is None or not served.any() else float(np.median(errors[served]))
     check = note("error_by_engine" if off["mean_power"] is not None else "no_error_stated")
     # that of common noise is the same in all samples
-    own = 0.0 if engine.samples else (off["mean_power"] or 0.0) / half95(1.0)
+    scatter = 0.0 if engine.samples else (off["mean_power"] or 0.0) / half95(1.0)
     answered = {name: v[served] for name, v in values.items()}
-    return Samples(engine.NAME, answered, served, off, (check,), own)
+    return Samples(engine.NAME, answered, served, off, (check,), scatter)
 
 
 def corrected(samples: Samples, ratio: Ratio, x: Floats) -> Samples:

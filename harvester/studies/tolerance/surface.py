@@ -102,7 +102,15 @@ def fit(x: Floats, y: Floats, scored: int | None = None) -> Polynomial:
         if best is None or scatter < 0.99 * best.scatter:
             unexplained = min(scatter**2 / variance, 1.0) if variance > 0.0 else 0.0
             factor = right.T / sizes
-            best = Polynomial(middle, half, powers, coefficients, scatter, unexplained, factor)
+            best = Polynomial(
+                middle=middle,
+                half=half,
+                powers=powers,
+                coefficients=coefficients,
+                scatter=scatter,
+                unexplained=unexplained,
+                factor=factor,
+            )
             worse = 0
         else:
             worse += 1

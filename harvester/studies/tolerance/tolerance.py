@@ -118,7 +118,16 @@ def tolerance(
     target = number(Request(within=within).within)
     count = SAMPLES if samples is None else samples
     request = ToleranceRequest(
-        problem.scene, spread, matrix, bounds, years, count, runs, checks, target, seed
+        scene=problem.scene,
+        spreads=spread,
+        matrix=matrix,
+        limits=bounds,
+        lifetime=years,
+        samples=count,
+        runs=runs,
+        checks=checks,
+        within=target,
+        seed=seed,
     )
     with working(execution.progress):
         study = ToleranceStudy(request, folder, execution)

@@ -4,13 +4,13 @@ Long because distribution, yield and sensitivity are properties of one result.
 """
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from harvester import figures
 from harvester.arrays import Floats
 from harvester.errors import SimulationError
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
@@ -21,6 +21,9 @@ from harvester.studies.tolerance.distribution import QUANTILES, ShareInterval, q
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.study import ToleranceRequest, ToleranceRuns
 from harvester.studies.tolerance.variance_shares import VarianceShares, indices
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 UNEXPLAINED = 0.05  # of the variance: a surface that misses more brings a warning
 CHECKS = (
@@ -320,9 +323,9 @@ class ToleranceResult(TableResult):
         }
         return data | {"tornado": bars}
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """The distribution of the power, the tornado and the shares of the variance as a matplotlib figure."""
-        return figures.tolerance(self, title)
+        return drawing.draw(self, title)
 
 
 def _interval(

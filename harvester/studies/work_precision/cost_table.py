@@ -3,13 +3,16 @@
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from harvester import figures
+from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.uncertainty.value import Value, two_digits
+
+if TYPE_CHECKING:
+    from harvester.presentation.plot import Plot
 
 TARGETS = (0.1, 0.03, 0.01, 0.003)
 
@@ -153,12 +156,9 @@ class Cost(TableResult):
         ]
         return (min(longer), False) if longer else None
 
-    def plot(self, title: str | None = "") -> "figures.Plot":
+    def plot(self, title: str | None = "") -> "Plot":
         """Total error against seconds as a matplotlib figure."""
-        known = ((row.engine, row.seconds, row.total_error, row.best) for row in self.rows)
-        return figures.cost(
-            [(name, s, error, best) for name, s, error, best in known if s and error], title
-        )
+        return drawing.draw(self, title)
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:

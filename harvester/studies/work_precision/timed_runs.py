@@ -227,7 +227,7 @@ class Measurement:
                 )
 
     def _of_biases(self, paired: Run) -> float:
-        """The seconds that the first round of `ngspice_bias` takes, from those of a run like its own."""
+        """The seconds of the first round of `ngspice_bias`, by those of a similar run."""
         d = paired.answer.details
         share = 2.0 * d["burn_in"] / (d["burn_in"] + d["duration"])
         tolerances = len(TOLERANCES) if self.netlist else 1

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from harvester.cosimulation import runs as worker
-from harvester.cosimulation.lockstep.compliant_stop import contact_energy
 from harvester.cosimulation.lockstep.energy_ledger import (
     add_works_of_kick,
     ledger_of,
@@ -21,6 +20,7 @@ from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.noise import gaussian_grid
+from harvester.mechanics.kernels.stored_energy import contact_energy
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from tests.support.lockstep import charging_curve, scales

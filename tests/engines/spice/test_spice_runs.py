@@ -95,6 +95,12 @@ def test_runs_alone_pay_for_all():
             EnergyLedger(input=1.0, load=0.5, stored=0.25, damping=0.25),
             ["not stationary: mass, piezo and Csmooth still store 50%"],
         ),
+        (
+            EnergyLedger(input=1.0, load=1e-9, stored=0.5, damping=0.5),
+            [
+                "not stationary: mass, piezo and Csmooth still store more than 10 times the load power"
+            ],
+        ),
     ],
 )
 def test_what_the_ledgers_tell(ledger, told):

@@ -9,7 +9,7 @@ import pytest
 import xarray
 
 import harvester as hv
-from harvester import figures
+from harvester.presentation import plot
 from harvester.studies.sweep.points import Axis, Points, read_axis
 from tests.support.paths import EXAMPLES
 from tests.support.sweeps import swept
@@ -20,7 +20,7 @@ BOTH = [hv.Published(), hv.Averaged()]
 
 @pytest.fixture(autouse=True)
 def undrawn(monkeypatch):
-    monkeypatch.setattr(figures, "save", lambda *_: None)
+    monkeypatch.setattr(plot, "save", lambda *_: None)
 
 
 def test_a_grid(tmp_path):

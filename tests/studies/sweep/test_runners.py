@@ -16,10 +16,10 @@ from typing import ClassVar
 import pytest
 
 import harvester as hv
-from harvester import figures
 from harvester.engines.protocol import Engine, Progress
 from harvester.errors import InputError, SimulationError
 from harvester.machine.cores import THREADS_VARIABLE, cores, limited_environment
+from harvester.presentation import plot
 from harvester.studies.sweep import compute, runners, shared_budget, tasks
 from harvester.studies.sweep.cluster import dask_client
 from harvester.studies.sweep.points import grid, read_axis
@@ -42,7 +42,7 @@ ENGINES = [
 
 @pytest.fixture(autouse=True)
 def undrawn(monkeypatch):
-    monkeypatch.setattr(figures, "save", lambda *_: None)
+    monkeypatch.setattr(plot, "save", lambda *_: None)
 
 
 def bare(table):
@@ -53,7 +53,7 @@ def bare(table):
 def expected(tmp_path_factory):
     """In this process, one point after the other."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(figures, "save", lambda *_: None)
+        patched.setattr(plot, "save", lambda *_: None)
         rows = bare(
             swept(PLATE, [LOADS], engines=ENGINES, out=tmp_path_factory.mktemp("here"), workers=1)
         )

@@ -8,9 +8,10 @@ from dataclasses import replace
 import pytest
 
 import harvester as hv
-from harvester import engines, figures
+from harvester import engines
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError
+from harvester.presentation import plot
 from harvester.presentation.diagnostic import has
 from harvester.studies.sweep.points import read_axis
 from harvester.studies.sweep.sweep import for_circuit
@@ -272,7 +273,7 @@ def test_refused_before_anything_is_written(tmp_path, axes, engines, line):
 @pytest.fixture
 def undrawn(monkeypatch):
     """No figure: it takes .3 s."""
-    monkeypatch.setattr(figures, "save", lambda *_: None)
+    monkeypatch.setattr(plot, "save", lambda *_: None)
 
 
 @pytest.fixture

@@ -31,6 +31,7 @@ NUMBERS = {
 def header(variables: list[Variable], part: CompiledPart, token: str, frequency: float) -> str:
     """The text of model.h; ``frequency`` is w0 (rad/s), whose inverse is the part's time."""
     lines = [f'#define TOKEN "{token}"', f"#define FREQUENCY {frequency!r}"]
+    lines.append(f"#define INNER_STEP {part.plan.h!r}")
     lines += [f"#define VARIABLES {len(variables)}", f"#define NUMBERS {len(part.values)}"]
     lines += [f"#define STATE_SIZE {int(W.SIZE)}", f"#define OUT_SIZE {int(OUT.SIZE)}"]
     lines += [f"#define LOCATED {int(part.plan.located)}"]

@@ -1,0 +1,365 @@
+"""Mechanics with its load, as kernels advance many trajectories of both: a class for each pair.
+
+`loaded` alone asks which load there is, and how many modes; whoever advances trajectories asks
+neither.  Rows of states are x, x' and V, then those of the load, and then those of further modes.
+Long because six pairs have the same methods.
+"""
+
+import math
+from typing import Any, Protocol
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.equations.coefficients import Equations
+from harvester.mechanics.ensemble.own_circuit import OwnCircuit
+from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary, interleaved
+from harvester.mechanics.kernels.control_variates import boundary
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+from harvester.mechanics.kernels.intervals import update_of
+from harvester.mechanics.kernels.offset_stops import loss_unit
+from harvester.mechanics.kernels.shaken_control_variates import martingales
+from harvester.mechanics.kernels.shaking import Filter
+from harvester.mechanics.kernels.trajectory_batch import (
+    BATCH,
+    IDEAL_SUMS,
+    SUMS,
+    Batch,
+    Schedule,
+    advance,
+    mid_drift,
+)
+from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion
+from harvester.mechanics.trace import mechanics_of
+
+IDEAL_ROWS = 5  # x, x', V, the voltage of the store, and the place of the switch
+# of a state that a kernel of its own advances: what is above grows without bound, by steps that
+# take ever longer
+LARGEST = 1e100
+
+
+class Loaded(Protocol):
+    """What `harvester.mechanics.ensemble.trajectories` needs of a pair of mechanics and load.
+
+    ``rows`` are those of states, ``sums`` those of what a run adds up, ``martingales`` those of its
+    controls.  A state beyond ``largest`` grows without bound.  ``is_dear``: a step costs as much as
+    many of one mode with a resistor.
+    """
+
+    rows: int
+    sums: int
+    martingales: int
+    largest: float
+    is_dear: bool
+    coefficients: Any
+
+    @property
+    def loss_unit(self) -> float:
+        """The unit of the sums of impact losses."""
+
+    @property
+    def numbers(self) -> object:
+        """The numbers that the kernels of one mode take; None for other kernels."""
+
+    def begin(self, state: Floats) -> None:
+        """Fill the rows below x, x' and V of states at the beginning, shape (blocks, rows, BATCH)."""
+
+    def batch(
+        self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
+    ) -> Batch:
+        """A block as the kernels take it."""
+
+    def advance(
+        self,
+        batch: Batch,
+        state: Floats,
+        schedule: Schedule,
+        h: float,
+        shaker: Filter | None,
+        ngspice_rule: bool,
+    ) -> None:
+        """Advance a block, whose states are all in ``state``, by a schedule of steps of h."""
+
+    def mid_drift(
+        self, batch: Batch, state: Floats, out: Floats, h: float, shaker: Filter | None
+    ) -> None:
+        """Go from the states of a block after a kick to x, x' and V half a step later."""
+
+    def boundary(self, states: Floats) -> Floats:
+        """The functions of states, shape (rows, count), whose changes are one kind of controls."""
+
+    def controls(self, martingale: Floats, change: Floats) -> Floats:
+        """All controls, of martingales and of the change of the functions, each of shape (n, count)."""
+
+    def stored(self, state: Floats) -> Floats:
+        """The voltage of the load's store in each trajectory, shape (count,); 0 without one."""
+
+    def check(self, own_sums: Floats, state: Floats) -> None:
+        """Raise CircuitError if too many circuit steps failed; ``own_sums`` are those of the load alone."""
+
+
+class WithResistor:
+    """One mode with the load resistor of its equations, or an open circuit."""
+
+    rows = RESISTOR_ROWS
+    sums = len(SUMS)
+    largest = math.inf
+    is_dear = False
+    circuit: IdealCircuit | None = None
+
+    def __init__(self, eqs: Equations) -> None:
+        self.eqs = eqs
+        self.coefficients: Any = mechanics_of(eqs).coefficients
+        self.martingales = martingales(eqs.coloured is not None)
+
+    @property
+    def loss_unit(self) -> float:
+        """The unit of the sums of impact losses."""
+        return loss_unit(self.coefficients)
+
+    @property
+    def numbers(self) -> object:
+        """The coefficients, and those of an ideal circuit."""
+        return self.coefficients, self.circuit
+
+    def begin(self, state: Floats) -> None:
+        """There are no further rows."""
+
+    def batch(
+        self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
+    ) -> Batch:
+        """A block as the kernels take it."""
+        x, v, V = state[:RESISTOR_ROWS]
+        s0, s1 = words
+        return Batch(x=x, v=v, V=V, s0=s0, s1=s1, sums=sums, controls=controls)
+
+    def advance(
+        self,
+        batch: Batch,
+        state: Floats,
+        schedule: Schedule,
+        h: float,
+        shaker: Filter | None,
+        ngspice_rule: bool,
+    ) -> None:
+        """Advance a batch by a schedule of steps of h."""
+        update = update_of(self.eqs, h, ngspice_rule)
+        advance(batch, schedule, h, self.circuit, self.coefficients, shaker, update)
+
+    def mid_drift(
+        self, batch: Batch, state: Floats, out: Floats, h: float, shaker: Filter | None
+    ) -> None:
+        """Go from the states of a block after a kick to x, x' and V half a step later."""
+        mid_drift(batch, out, h, self.coefficients, self.circuit, shaker)
+
+    def boundary(self, states: Floats) -> Floats:
+        """See `harvester.mechanics.kernels.control_variates`."""
+        return boundary(states, self.eqs)
+
+    def controls(self, martingale: Floats, change: Floats) -> Floats:
+        """The martingales, and then the changes."""
+        return np.vstack([martingale, change])
+
+    def stored(self, state: Floats) -> Floats:
+        """There is no store."""
+        return np.zeros(len(state) * BATCH)
+
+    def check(self, own_sums: Floats, state: Floats) -> None:
+        """No circuit step can fail."""
+
+
+class WithIdeal(WithResistor):
+    """One mode with an ideal circuit, whose capacitor is empty at first."""
+
+    rows = IDEAL_ROWS
+    sums = len(IDEAL_SUMS)
+
+    def __init__(self, eqs: Equations, circuit: IdealCircuit) -> None:
+        super().__init__(eqs)
+        self.circuit = circuit
+
+    @property
+    def loss_unit(self) -> float:
+        """The sums are energies."""
+        return 1.0
+
+    def begin(self, state: Floats) -> None:
+        """Place the switch at the displacement."""
+        state[:, 4] = state[:, 0]
+
+    def batch(
+        self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
+    ) -> Batch:
+        """A block as the kernels take it."""
+        block = super().batch(state, words, sums, controls)
+        return block._replace(**dict(zip("Um", state[3:5], strict=False)))
+
+    def boundary(self, states: Floats) -> Floats:
+        """See `harvester.mechanics.kernels.circuit_control_variates`."""
+        return circuit_boundary(states, self.eqs)
+
+    def controls(self, martingale: Floats, change: Floats) -> Floats:
+        """Each martingale with its change."""
+        return interleaved(martingale, change)
+
+    def stored(self, state: Floats) -> Floats:
+        """The voltage of its capacitor."""
+        return state[:, 3].ravel()
+
+
+class WithCircuit(WithIdeal):
+    """One mode with a circuit that brings kernels of its own."""
+
+    largest = LARGEST
+    is_dear = True
+
+    def __init__(self, eqs: Equations, circuit: OwnCircuit) -> None:
+        WithResistor.__init__(self, eqs)
+        self.own = circuit
+        self.rows = circuit.rows
+        self.sums = circuit.sums
+
+    @property
+    def numbers(self) -> object:
+        """None, as the kernels are the circuit's."""
+        return None
+
+    def begin(self, state: Floats) -> None:
+        """As the circuit begins."""
+        self.own.begin(state)
+
+    def advance(
+        self,
+        batch: Batch,
+        state: Floats,
+        schedule: Schedule,
+        h: float,
+        shaker: Filter | None,
+        ngspice_rule: bool,
+    ) -> None:
+        """Advance a batch by the circuit's kernel."""
+        self.own.advance(batch, state, schedule, h, self.eqs, shaker)
+
+    def mid_drift(
+        self, batch: Batch, state: Floats, out: Floats, h: float, shaker: Filter | None
+    ) -> None:
+        """As the circuit's kernel drifts."""
+        self.own.mid_drift(state, out, h, self.eqs, shaker)
+
+    def check(self, own_sums: Floats, state: Floats) -> None:
+        """Raise CircuitError if too many circuit steps failed."""
+        self.own.check_sums(own_sums, state)
+
+
+class ModesWithResistor(WithResistor):
+    """Several modes with the load resistor of their equations, or an open circuit."""
+
+    largest = LARGEST
+
+    def __init__(self, eqs: Equations, circuit: IdealCircuit | None = None) -> None:
+        super().__init__(eqs)
+        self.motion = ModalMotion(eqs, circuit)
+        self.rows = self.motion.rows
+        self.sums = self.motion.sums
+        self.martingales = self.motion.martingales
+
+    @property
+    def loss_unit(self) -> float:
+        """The sums are of momenta of the modes."""
+        return 1.0 / self.motion.mobility
+
+    @property
+    def numbers(self) -> object:
+        """None, as the kernels are those of several modes."""
+        return None
+
+    def begin(self, state: Floats) -> None:
+        """Place a ball amid its box."""
+        self.motion.begin(state, RESISTOR_ROWS)
+
+    def advance(
+        self,
+        batch: Batch,
+        state: Floats,
+        schedule: Schedule,
+        h: float,
+        shaker: Filter | None,
+        ngspice_rule: bool,
+    ) -> None:
+        """Advance a batch by the kernel of several modes."""
+        self.motion.advance(batch, state, schedule, h, self.eqs, shaker)
+
+    def mid_drift(
+        self, batch: Batch, state: Floats, out: Floats, h: float, shaker: Filter | None
+    ) -> None:
+        """As the kernel of several modes drifts."""
+        self.motion.mid_drift(state, out, h, self.eqs, shaker)
+
+    def boundary(self, states: Floats) -> Floats:
+        """One form of all states: see `ModalMotion.boundary`."""
+        return self.motion.boundary(states, self.eqs)
+
+
+class ModesWithIdeal(ModesWithResistor):
+    """Several modes with an ideal circuit."""
+
+    def __init__(self, eqs: Equations, circuit: IdealCircuit) -> None:
+        super().__init__(eqs, circuit)
+        self.martingales = martingales(eqs.coloured is not None)
+
+    def begin(self, state: Floats) -> None:
+        """Place the switch at the displacement, and a ball amid its box."""
+        state[:, 4] = state[:, 0]
+        self.motion.begin(state, IDEAL_ROWS)
+
+    def batch(
+        self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
+    ) -> Batch:
+        """A block as the kernels take it."""
+        block = super().batch(state, words, sums, controls)
+        return block._replace(**dict(zip("Um", state[3:5], strict=False)))
+
+    def boundary(self, states: Floats) -> Floats:
+        """Those of the modes and the store."""
+        return self.motion.boundary(states, self.eqs, IDEAL_ROWS)
+
+    def controls(self, martingale: Floats, change: Floats) -> Floats:
+        """Each martingale with its change."""
+        return interleaved(martingale, change)
+
+    def stored(self, state: Floats) -> Floats:
+        """The voltage of its capacitor."""
+        return state[:, 3].ravel()
+
+
+class ModesWithCircuit(WithCircuit):
+    """Several modes with a circuit that brings kernels of its own: rows of further modes follow its own."""
+
+    def __init__(self, eqs: Equations, circuit: OwnCircuit) -> None:
+        super().__init__(eqs, circuit)
+        self.motion = ModalMotion(eqs)
+        self.rows = circuit.rows + self.motion.rows - RESISTOR_ROWS
+
+    @property
+    def loss_unit(self) -> float:
+        """As without a circuit."""
+        return 1.0 / self.motion.mobility
+
+    def begin(self, state: Floats) -> None:
+        """As the circuit begins; a ball is placed amid its box."""
+        self.own.begin(state)
+        self.motion.begin(state, self.own.rows)
+
+    def boundary(self, states: Floats) -> Floats:
+        """Those of the modes and the store."""
+        return self.motion.boundary(states, self.eqs, self.own.rows)
+
+
+def loaded(eqs: Equations, circuit: IdealCircuit | OwnCircuit | None) -> Loaded:
+    """The mechanics of the equations with a circuit, or with their own load resistor."""
+    alone = eqs.modes is None
+    if circuit is None:
+        return WithResistor(eqs) if alone else ModesWithResistor(eqs)
+    if isinstance(circuit, IdealCircuit):
+        return WithIdeal(eqs, circuit) if alone else ModesWithIdeal(eqs, circuit)
+    return WithCircuit(eqs, circuit) if alone else ModesWithCircuit(eqs, circuit)

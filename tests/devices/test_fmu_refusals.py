@@ -1,0 +1,156 @@
+"""What an FMU and its export refuse: each with a status of the standard or one line, and nothing crashes or hangs."""
+
+import pytest
+
+import harvester as hv
+from harvester.errors import CannotServeError
+from tests.support import fmu
+from tests.support.paths import EXAMPLES
+
+pytest.importorskip("fmpy")
+pytest.importorskip("ziglang")
+pytestmark = pytest.mark.slow
+
+WORDS = """
+said = []
+def answer(what):
+    said.clear()
+    try:
+        what()
+        return "taken"
+    except Exception as error:
+        return " ".join([str(error), *said])
+a, m, out = number["base_acceleration"], number["oscillator.mass"], number["voltage"]
+nan, inf = float("nan"), float("inf")
+"""
+OF_2 = """
+from ctypes import byref
+from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.logging import addLoggerProxy
+def log(*words):
+    said.append(words[4].decode() if isinstance(words[4], bytes) else str(words[4]))
+callbacks = fmi2CallbackFunctions()
+callbacks.logger = fmi2CallbackLoggerTYPE(log)
+addLoggerProxy(byref(callbacks))
+early = opened()
+early.instantiate(callbacks=callbacks)
+one = opened()
+one.instantiate(callbacks=callbacks)
+refused = [
+    answer(lambda: early.doStep(0.0, 0.1)),
+    answer(lambda: one.setupExperiment(startTime=nan)),
+]
+one.setupExperiment(startTime=0.0)
+one.enterInitializationMode()
+refused += [answer(lambda: one.setReal([m], [nan])), answer(lambda: one.setReal([m], [0.0]))]
+one.exitInitializationMode()
+one.doStep(0.0, 0.1)
+refused += [
+    answer(lambda: one.doStep(0.1, 0.0)),
+    answer(lambda: one.doStep(0.1, -0.1)),
+    answer(lambda: one.doStep(0.1, nan)),
+    answer(lambda: one.doStep(0.1, inf)),
+    answer(lambda: one.doStep(0.1, 1e15)),
+    answer(lambda: one.doStep(nan, 0.1)),
+    answer(lambda: one.doStep(0.3, 0.1)),
+    answer(lambda: one.setReal([a], [nan])),
+    answer(lambda: one.setReal([a], [-inf])),
+    answer(lambda: one.setReal([m], [0.05])),
+    answer(lambda: one.setReal([out], [1.0])),
+    answer(lambda: one.getReal([100_000])),
+    answer(lambda: one.getBoolean([out])),
+    answer(lambda: one.setInteger([a], [1])),
+    answer(lambda: one.deSerializeFMUstate(b"too short")),
+]
+one.doStep(0.1, 0.1)
+print(json.dumps([refused, shown(one, "displacement", "voltage", "stored_energy")]))
+"""
+OF_3 = """
+one = opened(3)
+one.instantiate(eventModeUsed=True, earlyReturnAllowed=True, logMessage=None)
+refused = [
+    answer(lambda: one.doStep(0.0, 0.1)),
+    answer(lambda: one.enterInitializationMode(startTime=nan)),
+]
+one.enterInitializationMode(startTime=0.0)
+refused.append(answer(lambda: one.setFloat64([m], [nan])))
+one.exitInitializationMode()
+refused.append(answer(lambda: one.doStep(0.0, 0.1)))
+one.enterStepMode()
+event, _, early, last = one.doStep(0.0, 0.1)
+refused += [
+    answer(lambda: one.doStep(last, 0.0)),
+    answer(lambda: one.doStep(last, nan)),
+    answer(lambda: one.doStep(last, 1e15)),
+    answer(lambda: one.doStep(last + 1.0, 0.1)),
+    answer(lambda: one.setFloat64([a], [nan])),
+    answer(lambda: one.setFloat64([m], [0.05])),
+    answer(lambda: one.setFloat64([out], [1.0])),
+    answer(lambda: one.getFloat64([100_000])),
+    answer(lambda: one.getFloat32([out])),
+    answer(lambda: one.updateDiscreteStates()),
+]
+one.doStep(last, 0.001)
+print(json.dumps([refused, shown(one, "displacement", "voltage", "stored_energy", version=3)]))
+"""
+
+
+@pytest.mark.parametrize(("fmi", "code"), [(2, OF_2), (3, OF_3)], ids=["2", "3"])
+def test_a_bad_call_has_a_status_and_the_instance_goes_on(fmi, code):
+    """Steps of 0, below 0, nan and without end, nan inputs, calls out of turn, and references that are not there."""
+    refused, after = fmu.run(fmu.built(fmi=fmi), WORDS + code, timeout=60)
+    assert len(refused) > 12
+    assert "taken" not in refused, refused
+    assert all(abs(value) < 100.0 for value in after)
+    if fmi == 2:
+        assert any("communication step must be above 0 s" in answer for answer in refused)
+        assert any("base_acceleration must be between" in answer for answer in refused)
+
+
+def test_the_greatest_input_ends_with_a_status():
+    """An acceleration of 1e30 m/s^2 is an answer or an error, in a time that ends."""
+    answers = fmu.run(
+        fmu.built(),
+        """
+one = begun(opened())
+one.setReal([number["base_acceleration"]], [1e30])
+answers = []
+for k in range(20):
+    try:
+        one.doStep(0.05 * k, 0.05)
+        answers.append("done")
+    except Exception as error:
+        answers.append(str(error))
+        break
+print(json.dumps(answers))
+""",
+        timeout=60,
+    )
+    assert all(answer == "done" or "fmi2DoStep" in answer for answer in answers)
+
+
+def test_a_model_of_cosimulate_is_refused_in_one_line(tmp_path):
+    class Swing:
+        def drift(self, state, h):
+            return state
+
+        def kick(self, state, h, reaction, noise):
+            return state
+
+        def source(self, state):
+            return 0.0
+
+    for out in ("swing.fmu", "swing.lib"):
+        with pytest.raises(CannotServeError, match="must be a Scene") as caught:
+            hv.export(Swing(), tmp_path / out)
+        assert "\n" not in str(caught.value)
+        assert not (tmp_path / out).exists()
+
+
+def test_nothing_is_left_of_an_export_that_fails(tmp_path):
+    """A file in place of the folder: one line, and no part of an FMU."""
+    (tmp_path / "folder").write_text("")
+    with pytest.raises(hv.InputError, match="`out` must") as caught:
+        hv.export(EXAMPLES / "plate.toml", tmp_path / "folder" / "plate.fmu")
+    assert "\n" not in str(caught.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["folder"]

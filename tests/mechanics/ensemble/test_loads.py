@@ -1,0 +1,56 @@
+"""Mechanics with its load: one object says what trajectories need, for each pair of modes and load."""
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.circuits.compiled_circuit import compiled_circuit
+from harvester.circuits.idealised import ideal_circuit
+from harvester.equations.problem import Problem
+from harvester.mechanics.ensemble.loads import loaded
+from harvester.mechanics.kernels.trajectory_batch import BATCH
+from tests.support.paths import ROOT
+
+ONE = (ROOT / "examples" / "plate_bridge.toml").read_text().partition("[load]")[0]
+TWO = (ROOT / "examples" / "two_modes_with_stop.toml").read_text().partition("[load]")[0]
+RESISTOR = '[load]\nresistance = "100 kohm"\n'
+BRIDGE = '[load]\nnetlist = "bridge"\nparameters = { R = "100 kohm", C = "1 uF" }\n'
+
+
+@pytest.mark.parametrize("mechanics", [ONE, TWO], ids=["one mode", "two modes"])
+@pytest.mark.parametrize("load", ["resistor", "ideal", "compiled"])
+def test_rows_that_a_load_begins_are_those_that_it_has(mechanics, load):
+    """x, x' and V stay; the store is empty, or absent; every further row has a value."""
+    problem = Problem.of(hv.loads(mechanics + (RESISTOR if load == "resistor" else BRIDGE)))
+    circuit = {
+        "resistor": lambda: None,
+        "ideal": lambda: ideal_circuit(problem.circuit, problem.scales),
+        "compiled": lambda: compiled_circuit(problem.circuit, problem.scales),
+    }[load]()
+    pair = loaded(problem.equations, circuit)
+    further = 0 if mechanics is ONE else 2  # the second mode's coordinate and speed
+    below = {"resistor": 3, "ideal": 5, "compiled": getattr(circuit, "rows", 0)}[load]
+    assert pair.rows == below + further
+    state = np.zeros((2, pair.rows, BATCH))
+    state[:, :3] = np.arange(3.0)[:, None]
+    pair.begin(state)
+    assert (state[:, :3] == np.arange(3.0)[:, None]).all()
+    assert np.isfinite(state).all()
+    assert (pair.stored(state) == np.zeros(2 * BATCH)).all()
+    block = pair.batch(state[0], np.zeros((2, BATCH), np.uint64), None, None)
+    assert (block.U is None) == (load == "resistor")
+    assert pair.is_dear == (load == "compiled")
+    rows = len(pair.boundary(np.ones((pair.rows, 4))))
+    assert rows == {("resistor", 0): 4, ("resistor", 2): 1}.get((load, further), 9)
+
+
+def test_controls_of_a_circuit_stand_beside_their_changes():
+    """With a circuit each change follows its martingale; with a resistor all changes follow all martingales."""
+    martingale, change = np.zeros((2, 3)), np.ones((2, 3))
+    equations = Problem.of(hv.loads(ONE + RESISTOR)).equations
+    problem = Problem.of(hv.loads(ONE + BRIDGE))
+    circuit = ideal_circuit(problem.circuit, problem.scales)
+    apart = loaded(equations, None).controls(martingale, change)
+    together = loaded(problem.equations, circuit).controls(martingale, change)
+    assert apart[:, 0].tolist() == [0.0, 0.0, 1.0, 1.0]
+    assert together[:, 0].tolist() == [0.0, 1.0, 0.0, 1.0]
