@@ -104,9 +104,25 @@ class Slow(Request, Engine):
         is_random = problem.equations.is_random
         known = existence(problem)
         begin = time.perf_counter()
+        budget = number(self.budget)
+        solution: SlowPower | None
         with compilation():
-            solution = (
-                noisy_power(problem, cut, self.seed) if is_random else slow_power(problem, cut)
+            if budget is not None:  # which compiling is no part of
+                self.quick(problem)
+                begin = time.perf_counter()
+            deadline = None if budget is None else begin + budget
+            if is_random:
+                solution = noisy_power(problem, cut, self.seed, deadline)
+            else:
+                solution = slow_power(problem, cut, deadline)
+        if solution is None:
+            assert budget is not None, "only a deadline leaves no solution"
+            soon = self.quick(problem)
+            said = (*soon.diagnostics, known.warning, warning("quick_in_budget", budget=budget))
+            return replace(
+                soon,
+                diagnostics=tuple(diagnostic for diagnostic in said if diagnostic),
+                seconds=time.perf_counter() - begin,
             )
         if is_random and not solution.scales_apart:
             return self._directly(problem, solution, progress)

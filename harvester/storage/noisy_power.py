@@ -14,6 +14,7 @@ known from many more, remove most of the sampling error.
 """
 
 import math
+import time
 
 import numpy as np
 
@@ -49,15 +50,20 @@ WIDER = 1.25
 PAIRS = 6
 ROUGHER = 4.0
 DIRECT = 50.0  # time constants of the mass of the direct run
+# times the first measurement, that all of it takes; the least share of runs and direct time in a short budget
+WHOLE, LEAST_SHARE = 50.0, 0.2
 # of the rectifier's energy: what a chip passes on at least, for the part that it differs by
 LEAST = 0.1
 
 
-def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
-    """The load's stationary mean power behind a cut, under noise; see `SlowPower`.
+def noisy_power(
+    problem: Problem, cut: Cut, seed: int, deadline: float | None = None
+) -> SlowPower | None:
+    """The stationary mean power of the load behind a cut, under noise; see `SlowPower`.
 
     If the time scales are not apart its ``scales_apart`` is False, and it has no direct run in
-    its place.
+    its place.  A ``deadline`` of `time.perf_counter` makes runs fewer and the direct run shorter;
+    None if it would leave less than `LEAST_SHARE` of them.
 
     Raises as `harvester.storage.steady_power.slow_power`.
     """
@@ -69,19 +75,27 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
     )
     step = ROUGHER * unit / FINER
     count = MANY if Rectifier(problem).ideal else RUNS
+    begin = time.perf_counter()
     first = measured(problem, seed=seed).best
+    share = 1.0
+    if deadline is not None:
+        now = time.perf_counter()
+        share = min((deadline - now) / (WHOLE * (now - begin)), 1.0)
+        if share < LEAST_SHARE:
+            return None
+        count = round(share * count)
     top = WIDER * float(rough.run(first, first_duration(rough, first, unit), step).rails.max())
     table, _, steps, _ = measured(
         problem, min(top, float(first.voltages[-1])), seed=seed, runs=count
     )
     table = table.lagging(0.5 * unit)
-    path, duration, changed = settled_path(circuit, table, unit)
+    path, duration, changed = settled_path(circuit, table, unit / FINER, unit)
     paths = _fluctuating(
         rough, table, min(duration, FIRST * unit), step, seed, PAIRS * [rough.circuit.rest]
     )
     charge = reached(table, float(path.rails.max()), problem.circuit.smoothing or 0.0)
     elements, _, more = noise_check(problem, table, charge, None, seed)
-    gain, direct = _gain(problem, rough, table, paths, DIRECT * unit, seed)
+    gain, direct = _gain(problem, rough, table, paths, share * DIRECT * unit, seed)
     judge, unknown = error_of_circuit(problem, float(path.rails.max()), seed)
     less = judge + elements + abs(gain.value)
     currents = table, table.halved(), table.scaled(1.0 - less), table.shifted()
@@ -110,7 +124,7 @@ def noisy_power(problem: Problem, cut: Cut, seed: int) -> SlowPower:
         changed=changed / max(power.value, 1e-300),
         separation=max(off, abs(gain.value) + gain.sampling95),
         scales_apart=off <= LARGEST_SEPARATION,
-        direct=DIRECT * unit,
+        direct=share * DIRECT * unit,
         duration=duration,
         slow_step=unit / FINER,
         steps=steps + more + direct + sum(run.steps for run in (path, *others, *paths)),

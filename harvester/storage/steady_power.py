@@ -11,6 +11,7 @@ slow circuit, and to the power again.
 """
 
 import math
+import time
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -37,6 +38,9 @@ DIRECT, LONGER = 150.0, 4.0
 # of the mean power: a difference from the direct run above which the scales are not apart
 LARGEST_SEPARATION = 0.05
 ROUGHER = 4.0  # times the tolerance, beside slow steps of twice the length
+# slow runs of all errors beside the first one, at twice the step; the longest steps of a short budget
+OTHERS, COARSEST = 5, 8.0
+PILOT = 0.02  # of a run, that tells what it takes
 
 
 @dataclass(frozen=True)
@@ -61,8 +65,52 @@ class SlowPower:
     load: dict[str, float]
 
 
-def slow_power(problem: Problem, cut: Cut) -> SlowPower:
-    """The load's stationary mean power behind a cut, under a harmonic drive.
+@dataclass(frozen=True)
+class SlowPace:
+    """The cost of the slow circuit, ``whole`` and, in proportion to the steps, ``stepped``: s per simulated second.
+
+    The ``deadline`` is one of `time.perf_counter`.
+    """
+
+    deadline: float
+    whole: float
+    stepped: float
+
+    @classmethod
+    def of(
+        cls,
+        circuit: SlowCircuit,
+        table: RectifiedCurrent,
+        duration: float,
+        h: float,
+        deadline: float,
+    ) -> "SlowPace":
+        """By a part of a run at steps of h, and at `COARSEST` of them."""
+        took = []
+        for factor in (1.0, COARSEST):
+            begin = time.perf_counter()
+            circuit.run(table, PILOT * duration, factor * h)
+            took.append((time.perf_counter() - begin) / (PILOT * duration))
+        stepped = max((took[0] - took[1]) / (1.0 - 1.0 / COARSEST), 0.0)
+        return cls(deadline, max(took[0] - stepped, 0.0), stepped)
+
+    def coarser(self, duration: float) -> float:
+        """How many times longer steps let the first run and the `OTHERS` end in time: 1 at least, or inf."""
+        room = self.left - (1.0 + OTHERS) * self.whole * duration
+        needed = (1.0 + 0.5 * OTHERS) * self.stepped * duration
+        return max(needed / room, 1.0) if room > 0.0 else math.inf
+
+    @property
+    def left(self) -> float:
+        """The seconds that are left."""
+        return self.deadline - time.perf_counter()
+
+
+def slow_power(problem: Problem, cut: Cut, deadline: float | None = None) -> SlowPower | None:
+    """The stationary mean power of the load behind a cut, under a harmonic drive.
+
+    A ``deadline`` of `time.perf_counter` makes slow steps longer, which their part of the error
+    states as always; None if they would be more than `COARSEST` times as long.
 
     Raises as `harvester.circuits.compiled_circuit.CompiledCircuit`, UnboundedResponseError if
     the motion grows.
@@ -73,7 +121,18 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     circuit = SlowCircuit(problem.circuit, cut, scales)
     unit = time_constant(problem.equations) / scales.frequency
     h = unit / FINER
-    path, duration, changed = settled_path(circuit, table, unit)
+    begin = time.perf_counter()
+    direct = _direct(problem, DIRECT * unit)
+    took = time.perf_counter() - begin
+    pace = None
+    if deadline is not None:
+        first = min(first_duration(circuit, table, unit), MOST * h)
+        pace = SlowPace.of(circuit, table, first, h, deadline)
+        coarser = pace.coarser(first)
+        if coarser > COARSEST:
+            return None
+        h *= coarser
+    path, duration, changed = settled_path(circuit, table, h, unit, pace)
     whole = settled_part(duration)
     rougher = SlowCircuit(problem.circuit, cut, scales, ROUGHER * TOLERANCE)
     judge, unknown = error_of_circuit(problem, float(path.rails.max()))
@@ -82,7 +141,6 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
         rougher.run(current, duration, 2.0 * h, 2)
         for current in (table, rough, table.halved(), less)
     )
-    direct = _direct(problem, min(DIRECT * unit, duration))
 
     def known(name: str) -> tuple[Value, float]:
         """The mean of an integral of the path, corrected, and by how much."""
@@ -97,7 +155,8 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
     (power, separation), (square, _) = known("square"), known("piezo")
     steps = measuring + direct.steps
     if not (scales_apart := abs(separation) <= LARGEST_SEPARATION * power.value):
-        direct, twice = (_direct(problem, LONGER * direct.seconds, factor) for factor in (1.0, 2.0))
+        longer = LONGER if pace is None else min(max(pace.left / (2.0 * took), 1.0), LONGER)
+        direct, twice = (_direct(problem, longer * direct.seconds, factor) for factor in (1.0, 2.0))
         power, square = (
             _of_direct(direct, twice, name, judge).with_unknown(unknown)
             for name in ("square", "piezo")
@@ -122,18 +181,24 @@ def slow_power(problem: Problem, cut: Cut) -> SlowPower:
 
 
 def settled_path(
-    circuit: SlowCircuit, table: RectifiedCurrent, unit: float
+    circuit: SlowCircuit,
+    table: RectifiedCurrent,
+    h: float,
+    unit: float,
+    pace: SlowPace | None = None,
 ) -> tuple[SlowPath, float, float]:
     """The slow circuit until its mean power changes no more, how long that is (s), and its last change (V^2).
 
-    The ``unit`` is the mass's time constant (s).
+    Steps are of ``h``, and the ``unit`` is the mass's time constant (s).  With a ``pace`` it ends
+    if twice the time would be too much.
     """
-    h = unit / FINER
-    duration = min(first_duration(circuit, table, unit), MOST * h)
+    longest = MOST * unit / FINER
+    duration = min(first_duration(circuit, table, unit), longest)
     while True:
         path = circuit.run(table, duration, h, stride=4)
         first, last = (mean_rate(path, "square", part) for part in halves(duration))
-        if abs(first - last) <= SETTLED * last or 2.0 * duration > MOST * h:
+        settled = abs(first - last) <= SETTLED * last or 2.0 * duration > longest
+        if settled or (pace is not None and pace.coarser(2.0 * duration) * unit / FINER > h):
             return path, duration, abs(first - last)
         duration *= 2.0
 

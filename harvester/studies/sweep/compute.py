@@ -85,7 +85,7 @@ def compute_table(
         contextlib.closing(execution.progress),
         contextlib.closing(Journal(None if folder is None else folder.path)) as journal,
     ):
-        sweep = _Sweep(points, engines, about, journal, folder, execution, check)
+        sweep = _Sweep(points, engines, about, journal, folder, execution=execution, check=check)
         sweep.begin()
         todo = tasks(
             scene,

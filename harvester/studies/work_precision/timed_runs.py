@@ -13,24 +13,30 @@ from typing import cast
 from harvester.answers.estimate import Estimate
 from harvester.engines import Ensemble, Spice
 from harvester.engines.formula import Formula
-from harvester.engines.options import MonteCarloOptions, number
+from harvester.engines.options import MonteCarloOptions, Request, number
 from harvester.engines.protocol import Engine
 from harvester.engines.selection import ENGINES, refusals
+from harvester.engines.spice.means import FEWEST as FEWEST_RUNS
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, SimulationError
 from harvester.machine.progress import NO_PROGRESS, Progress
 from harvester.studies.work_precision import settings
-from harvester.studies.work_precision.ngspice_bias import NgspiceBias, ngspice_bias
+from harvester.studies.work_precision.ngspice_bias import TOLERANCES, NgspiceBias, ngspice_bias
 from harvester.studies.work_precision.richardson_ladder import (
     STEP_FACTORS,
     RichardsonLadder,
     richardson_ladder,
 )
 
-# of the remaining budget, for the accuracies of an engine whose error is that of its resolution
+# of the remaining budget: for the first run of an engine, for the accuracies of an engine whose error is that of its
+# resolution, and for the differences of ngspice
+FIRST = 0.25
 RESOLVED = 0.15
+NGSPICE = 0.3
 CALLS = 5  # of a formula after its first
 FEWEST = 256  # trajectories that measure a bias
+SHORTEST = 0.1  # s of a budget
+CUT = "ngspice_left_out", "mean_while_settling"  # warnings of runs that ended before ngspice's did
 
 
 @dataclass(frozen=True)
@@ -82,17 +88,17 @@ class Measurement:
         """
         for kind in (ENGINES[name] for name in refusals(self.problem)):
             if not kind.runs_ngspice:
-                self.run(kind())
+                self.run(self._bounded(kind()))
         self.resolve()
         self.cheap = next((run for run in self.runs if run.engine.samples), None)
         # then by itself one periodic response, whose error is no sampling's
         steady = self.problem.equations.is_steady
         paired = Spice(trajectories=Spice.TRAJECTORIES) if steady else Spice()
-        with_control = self.run(paired) if self.cheap is not None else None
+        with_control = self.run(self._bounded(paired)) if self.cheap is not None else None
         burn_in = None if self.cheap is None else self.cheap.answer.details["burn_in"]
-        spice_alone = self.run(settings.first_alone(burn_in))
+        spice_alone = self.run(self._bounded(settings.first_alone(burn_in)))
         if self.cheap is not None:
-            self.measure_biases(self.cheap, with_control is not None)
+            self.measure_biases(self.cheap, with_control)
             kind = type(self.cheap_model)
             step = self.cheap.answer.details["step"]
             self.fill(settings.ensembles(kind, step), 0.25)
@@ -152,6 +158,9 @@ class Measurement:
             self.failed.append((engine, error))
             return None
         took = time.perf_counter() - begin
+        if cut := [said for said in answer.diagnostics if said.code in CUT]:
+            self.failed.append((engine, SimulationError(str(cut[0]))))
+            return None
         if isinstance(engine, Formula):
             later = [engine.run(self.problem).seconds for _ in range(CALLS)]
             answer = dataclasses.replace(answer, seconds=statistics.median(later))
@@ -167,7 +176,13 @@ class Measurement:
         for engine in engines:
             left = end - time.perf_counter()
             if self.predicted(engine) < left:
-                self.run(dataclasses.replace(engine, budget=left if engine.within else None))
+                self.run(dataclasses.replace(engine, budget=left))
+
+    def _bounded(self, engine: Engine) -> Engine:
+        """An engine with its share of the remaining budget, if it has one."""
+        if isinstance(engine, Formula) or not isinstance(engine, Request):
+            return engine
+        return dataclasses.replace(engine, budget=max(self.left(FIRST), SHORTEST))
 
     def predicted(self, engine: settings.Sampler) -> float:
         """The seconds of a setting, predicted from the times of the same engine at others."""
@@ -189,8 +204,11 @@ class Measurement:
         duration, step = number(engine.duration) or d["duration"], number(engine.dt) or d["step"]
         return first.answer.seconds * trajectories * (d["burn_in"] + duration) / step / first.work
 
-    def measure_biases(self, cheap: Run, ngspice: bool) -> None:
-        """Measure the time-step bias, and those of model and tolerance if ngspice does not fail."""
+    def measure_biases(self, cheap: Run, paired: Run | None) -> None:
+        """Measure the time-step bias, and those of model and tolerance if ngspice ends in time and does not fail.
+
+        ``paired`` is a run of ngspice next to the cheap model, None if there is none.
+        """
         h = cheap.answer.details["step"] * self.unit
         model = self.cheap_model.model(self.problem)
         self._report("biases")
@@ -203,10 +221,17 @@ class Measurement:
         self.steps = richardson_ladder(model, h, trajectories, self.seed, seconds)
         self._report("biases")
         with contextlib.suppress(SimulationError):  # of a finer tolerance than engine spice's
-            if ngspice:
+            if paired is not None and self._of_biases(paired) < self.left(NGSPICE):
                 self.ngspice = ngspice_bias(
-                    self.problem, model, self.steps, h, self.seed, self.left(0.3)
+                    self.problem, model, self.steps, h, self.seed, self.left(NGSPICE)
                 )
+
+    def _of_biases(self, paired: Run) -> float:
+        """The seconds of the first round of `ngspice_bias`, by those of a similar run."""
+        d = paired.answer.details
+        share = 2.0 * d["burn_in"] / (d["burn_in"] + d["duration"])
+        tolerances = len(TOLERANCES) if self.netlist else 1
+        return paired.answer.seconds * share * tolerances * FEWEST_RUNS / d["trajectories"]
 
     def _report(self, stage: str) -> None:
         self.fraction = max(
