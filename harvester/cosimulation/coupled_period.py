@@ -128,10 +128,8 @@ class _Path:
         except CircuitError as error:
             error.so_far = later_half([*self.known, *([error.so_far] if error.so_far else [])])
             raise
-        self.steps, self.mass_steps = (
-            self.steps + int(drive.state[0].accepted),
-            self.mass_steps + n_steps,
-        )
+        self.steps += int(drive.state[0].accepted)
+        self.mass_steps += n_steps
         self.farads = drive.smoothing
         (power, square, _) = self.means(drive)
         state = drive.state[0]

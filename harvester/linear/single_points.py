@@ -3,7 +3,7 @@
     theta/Cp a / |w_oc^2 - w^2 + i c w| = V      at its largest, near w_oc, with c = w_sc/Q
     |V|^2/(2 R) = P                              at the frequency of the most power
 
-Each point replaces one of what a data sheet leaves out: the coupling theta first, then the damping,
+Each point replaces one quantity that a data sheet leaves out: the coupling theta first, then the damping,
 then the mass.  Both are of the linear device at its own best frequency, as makers measure them;
 voltages and accelerations are peaks unless they are written with "rms" or "pp".
 """
@@ -94,7 +94,7 @@ class DataSheetPoint:
     resistance: float = math.inf
 
     def of(self, device: LinearDevice) -> float:
-        """What a device gives there."""
+        """The value of a device at this point."""
         if self.name == OPEN:
             return device.open_voltage(self.acceleration)
         return device.power(self.resistance, self.acceleration)
@@ -124,7 +124,7 @@ def read_point(name: str, text: str) -> DataSheetPoint:
 
 
 def _peak(name: str, text: str, kind: Kind) -> float:
-    """A peak value, of a text that may say that it is an RMS value or one from peak to peak."""
+    """A peak value, of a text that may state an RMS value or one from peak to peak."""
     match = _WRITTEN.fullmatch(text.strip())
     assert match is not None, "any text has this form"
     return _quantity(name, match[1], kind) * _PEAK[(match[2] or "peak").lower()]
@@ -240,6 +240,6 @@ def _count(read: "list[DataSheetPoint]", sought: "list[str]") -> str:
 def _impossible(point: DataSheetPoint, name: str) -> str:
     """The line on a point that no device has."""
     return (
-        f"`{point.name}` must be what a device with these values can give, but no `{name}` gives "
+        f"`{point.name}` must be possible for a device with these values, but no `{name}` gives "
         f"{point.written!r}: check peak or RMS, the acceleration and the capacitance"
     )

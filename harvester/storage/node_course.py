@@ -21,7 +21,7 @@ class NodeState:
 
 @dataclass
 class NodeCourse:
-    """What happened: seconds that it ran, packets that arrived and that were lost, the time of the first, V over time.
+    """The events: seconds that it ran, packets that arrived and that were lost, the time of the first, V over time.
 
     ``given``, ``clamped``, ``used`` and ``leaked`` are the energies (J) that came from the
     rectifier, that the clamp dissipated, that the node consumed, and that leaked.

@@ -59,7 +59,7 @@ LEAST = 0.1
 def noisy_power(
     problem: Problem, cut: Cut, seed: int, deadline: float | None = None
 ) -> SlowPower | None:
-    """The stationary mean power of the load behind a cut, under noise; see `SlowPower`.
+    """The load's stationary mean power behind a cut, under noise; see `SlowPower`.
 
     If the time scales are not apart its ``scales_apart`` is False, and it has no direct run in
     its place.  A ``deadline`` of `time.perf_counter` makes runs fewer and the direct run shorter;

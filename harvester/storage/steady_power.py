@@ -107,7 +107,7 @@ class SlowPace:
 
 
 def slow_power(problem: Problem, cut: Cut, deadline: float | None = None) -> SlowPower | None:
-    """The stationary mean power of the load behind a cut, under a harmonic drive.
+    """The load's stationary mean power behind a cut, under a harmonic drive.
 
     A ``deadline`` of `time.perf_counter` makes slow steps longer, which their part of the error
     states as always; None if they would be more than `COARSEST` times as long.

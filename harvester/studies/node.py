@@ -89,7 +89,7 @@ _SENT = {"interval": "all", "battery": "until the battery is empty"}  # by what 
 
 
 class Parts(NamedTuple):
-    """What stands behind the rectifier, and the outage (s) of the shaking after the days."""
+    """The parts behind the rectifier, and the outage (s) of the shaking after the days."""
 
     storage: Storage
     node: SensorNode

@@ -158,7 +158,7 @@ def paper(figure: int | str, *, execution: Execution = DEFAULT) -> PaperFigure:
     ----------
     figure : int or str
         Number of the figure, 1 to 9.
-    execution
+    execution : Execution, optional
         Folder for figN.csv and figN.png, and progress.
 
     Returns

@@ -105,7 +105,7 @@ class Loaded(Protocol):
         """The load's mean power in a window, and its power now, if it has one other than that of V^2."""
 
     def stored(self, state: Floats) -> Floats:
-        """The store voltage of the load in each trajectory, shape (count,); 0 without one."""
+        """The load's store voltage in each trajectory, shape (count,); 0 without one."""
 
     def check(self, own_sums: Floats, state: Floats) -> None:
         """Raise CircuitError if too many circuit steps failed; ``own_sums`` are those of the load alone."""
@@ -193,7 +193,7 @@ class WithResistor:
 
 
 class WithStore(WithResistor):
-    """What all loads with a capacitor share, that of the rectified voltage, which is empty at first."""
+    """A load with a capacitor for the rectified voltage, which is empty at first."""
 
     memories = CHARGING_TIMES
     constant = "R C w0"

@@ -198,7 +198,8 @@ class RichardsonPair:
             self.stop_coarse()
             return
         self._time_of_both += duration
-        share, new = duration / self._time_of_both, [now, *then]
+        share = duration / self._time_of_both
+        new = [now, *then]
         before = self._moments_of_all
         self._moments_of_all = (
             [self._with(*both, share) for both in zip(before, new, strict=True)] if before else new

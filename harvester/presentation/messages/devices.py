@@ -23,7 +23,7 @@ def _own_load(own: float, share: float, near: float, nearly: float, **best: floa
 
 
 def _told_apart(number: float, other: float) -> str:
-    """A number in as many digits, from three on, as tell it from another."""
+    """A number in as many digits, from three on, as distinguish it from another."""
     digits = next((d for d in range(3, 12) if f"{number:.{d}g}" != f"{other:.{d}g}"), 3)
     return f"{number:.{digits}g}"
 

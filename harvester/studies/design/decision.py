@@ -184,7 +184,7 @@ def _names(
 
 
 def _need(needed: DesignNeed, name: str) -> DesignNeed:
-    """What is needed of the circuit or chip of this name."""
+    """The need that the circuit or chip of this name must meet."""
     return needed.for_circuit(is_chip=name in CHIPS)
 
 

@@ -21,7 +21,7 @@ class DesignNeed:
 
     ``packet`` is the energy (J) of a node's packet at the store, ``stop`` the voltage that the
     store must keep then.  The node's ``supply`` is the voltage (V) of its regulator and the
-    power (W) that it consumes there: what a chip's output must give in the regulator's place.
+    power (W) that it consumes there, which a chip's output must give in the regulator's place.
     """
 
     power: float
@@ -40,7 +40,7 @@ class DesignNeed:
         return self.voltage**2 / self.power
 
     def for_circuit(self, *, is_chip: bool) -> "DesignNeed":
-        """What a circuit must give: behind a chip the supply's voltage, at the store the wake voltage."""
+        """The need for a circuit: the supply's voltage behind a chip, the wake voltage at the store."""
         if self.supply is None or not is_chip:
             return self
         volts, watts = self.supply

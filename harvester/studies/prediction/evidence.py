@@ -40,7 +40,7 @@ def read_points(points: Mapping[str, str]) -> dict[str, DataSheetPoint | float]:
 
 
 def of_device(point: DataSheetPoint | float, device: LinearDevice) -> float:
-    """What a device has in place of a point."""
+    """The value that a device has in place of a point."""
     if isinstance(point, DataSheetPoint):
         return point.of(device)
     return device.frequency * math.sqrt(1.0 + device.beta) / (2.0 * math.pi)

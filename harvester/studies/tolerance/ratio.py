@@ -59,14 +59,14 @@ class Plane:
 
     @property
     def width95(self) -> float:
-        """The half-width of what a sample differs by, at 95 %."""
+        """The half-width of a sample's difference, at 95 %."""
         from scipy.special import stdtrit
 
         return float(stdtrit(self.count - len(self.coefficients), 0.975)) * self.scatter
 
 
 def plane(x: Floats, ratios: Floats) -> Plane:
-    """The plane through ratios, shape (K,), at keys' values x, (K, keys), or their mean: what predicts better."""
+    """The plane through ratios, shape (K,), at keys' values x, (K, keys), or their mean, whichever predicts better."""
     half = 0.5 * np.ptp(x, axis=0)
     half = np.where(half > 0.0, half, 1.0)
     middle = 0.5 * (x.max(axis=0) + x.min(axis=0))

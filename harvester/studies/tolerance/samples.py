@@ -51,7 +51,7 @@ class Samples:
 
     @property
     def share_error(self) -> float:
-        """What the engine's error may change in a share of the variance of the powers.
+        """The possible change by the engine's error in a share of the variance of the powers.
 
         With q, its standard deviation over theirs, it is q^2, and 2 q sqrt(trend) if it
         follows the powers.
