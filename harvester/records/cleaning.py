@@ -26,6 +26,7 @@ from harvester.records.record_columns import (
     chosen_rows,
     named,
     refuse_words,
+    unit_against_gravity,
 )
 from harvester.records.record_facts import NO_FACTS, AskedError, RecordFacts
 from harvester.records.record_times import FEWEST, ascending, even, joined, longest_part, recordings
@@ -145,6 +146,7 @@ def clean(path: str, facts: RecordFacts = NO_FACTS, part: Part | None = None) ->
     table = chosen_rows(named(table, notes), facts.where)
     column = axis_column(table, facts.axis)
     values = accelerations(table, column, facts.unit, notes)
+    warnings += unit_against_gravity(table, column, facts.unit)
     refuse_words(table, column)
     check_sizes(column, values)
     for stamps in table.find(is_time)[:1]:

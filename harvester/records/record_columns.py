@@ -7,6 +7,7 @@ rest is 9.81 m/s^2, 1 g or 1000 mg.
 import itertools
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -14,7 +15,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
-from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.quantities.kinds import ACCELERATION
 from harvester.quantities.units import split_unit
 from harvester.records.csv_layout import MISSING
@@ -131,6 +132,17 @@ def accelerations(
         notes.append(note("range_in_brackets", range=column.stated, unit=span[2]))
         return column.values * _factor(span[2])
     raise _no_unit(table, column)
+
+
+def unit_against_gravity(
+    table: CsvTable, column: CsvColumn, unit: str | None
+) -> Iterator[Diagnostic]:
+    """A warning if the mean of a column is gravity in another unit than the given one."""
+    if unit is None or column.scale(ACCELERATION) is not None:
+        return
+    likely = _by_gravity(table, column)
+    if likely and not math.isclose(_factor(unit), _factor(likely)):
+        yield warning("unit_against_gravity", given=unit, likely=likely)
 
 
 def _no_unit(table: CsvTable, column: CsvColumn) -> AskedError:

@@ -321,3 +321,14 @@ def test_what_a_mass_could_take_of_a_record_before_there_is_a_device():
         record_spectra(tone, 0.01)
     with pytest.raises(hv.InputError, match="`stroke` must be above 0"):
         record_spectra(tone, 0.01, -1e-3)
+
+
+@pytest.mark.parametrize(
+    ("unit", "likely"), [("g", "m/s^2"), ("mg", "m/s^2"), ("m/s^2", ""), ("cm/s^2", "m/s^2")]
+)
+def test_a_given_unit_is_compared_with_gravity(harvester, tmp_path, unit, likely):
+    """A column in m/s^2 without a unit, read as g, was 9.8 times too large without a warning."""
+    path = written(tmp_path / "a.csv", "time (s),z", T, 9.81 + SHAKING)
+    answer = json.loads(harvester("record", path, "--unit", unit, "--json")[1])
+    said = [line for line in answer["warnings"] if "gravity" in line]
+    assert [f"in {likely} and not in {unit}" in line for line in said] == [True] * bool(likely)

@@ -59,6 +59,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "counted_rows": "the rows are numbered by {column!r}: {lost} numbers are missing",
     "no_names": "the columns have no names: read as {names}",
     "unit_of_preamble": "the unit {unit} is that of the lines above the columns",
+    "unit_against_gravity": "the mean of a sensor at rest is gravity, which these numbers have in {likely} and not in {given}: check the unit",
     "range_in_brackets": "{range} behind the name is the range of the sensor: the numbers are in {unit}",
     "one_recording": "recording {number} of {of} is used: {rows} rows",
     "parts_joined": "{parts} of {of} parts joined, each without its mean: the vibration jumps at the joints",
