@@ -59,10 +59,7 @@ def family(pid):
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
             fields = stat.read_text().rpartition(")")[2].split()
-            if (
-                fields[0] != "Z"
-                and b"resource_tracker" not in stat.with_name("cmdline").read_bytes()
-            ):
+            if fields[0] != "Z" and b"tracker" not in stat.with_name("cmdline").read_bytes():
                 parents[int(stat.parent.name)] = int(fields[1])
     workers = sorted(p for p, parent in parents.items() if parent == pid)
     return {

@@ -129,7 +129,8 @@ class OutOfTimeError(CircuitError):
     """A run of ngspice that had not ended when its time was over."""
 
 
-NO_THREAD = ("can't start new thread",)  # what Python's RuntimeError says then
+NO_THREAD = ("can't start new thread",)  # of Python's RuntimeError
+NO_LOCK = ("can't allocate lock",)
 
 
 def named(error: Exception) -> HarvesterError:
@@ -166,6 +167,8 @@ def _is_lost_memory_error(error: Exception) -> bool:
         return name.startswith("<") or Path(name).is_relative_to(Path(__file__).parent)
     if isinstance(error, SystemError):
         return "without" in str(error)
+    if error.args == NO_LOCK:
+        return True
     cause = error.__context__
     while cause is not None and not isinstance(cause, MemoryError):
         cause = cause.__context__

@@ -75,7 +75,9 @@ def test_the_answer_leads_the_page(pages):
         name: pages[name].partition('<ul class="lead">')[2].split("<li>")[1]
         for name in ("design", "node")
     }
-    assert leads["design"].startswith("circuit: bridge") and leads["node"].startswith("days: 1")
+    assert leads["design"].startswith("circuit: bridge") and leads["node"].startswith(
+        "sends its packets: yes"
+    )
     assert "packets per hour: 359.9" in pages["node"].partition("<nav")[0]
     assert (
         "272.2 kΩ" in pages["design"]

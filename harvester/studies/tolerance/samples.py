@@ -2,10 +2,17 @@
 
 An engine computes some of the samples, all with the same noise if it has any, and a polynomial
 through them represents the others.  A dearer engine computes a few of the samples again: with the
-ratios of its answers to the cheap ones, samples are multiplied by these (`ratio`).
+ratios r of its answers to the cheap ones, samples are multiplied by mean(r), and another sample
+lies within
+
+    off = t s sqrt(1 + 1/K) + (the dearer engine's own bias)
+
+of its own, relatively, with 95 % (s: standard deviation of K ratios, t: Student's quantile of K -
+1).
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +27,6 @@ from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.studies.sweep.sweep_table import SweepTable
-from harvester.studies.tolerance.ratio import Ratio, column
 from harvester.studies.tolerance.surface import fit
 from harvester.uncertainty.value import half95
 
@@ -37,8 +43,7 @@ class Samples:
 
     ``values`` are those of each of `QUANTITIES`, shape (n,), if ``served``; ``off`` the relative
     error at 95 % that is common to all or within which each lies, None if it is not known;
-    ``checks`` state its origin.  ``scatter`` is the relative standard deviation of the error from
-    sample to sample, and ``trend`` the share of its variance that may vary along the keys.
+    ``checks`` state its origin; ``ratio`` is the factor of the powers.
     """
 
     engine: str
@@ -46,22 +51,7 @@ class Samples:
     served: NDArray[np.bool_]
     off: dict[str, float | None]
     checks: tuple[Diagnostic, ...]
-    scatter: float = 0.0
-    trend: float = 1.0
-
-    @property
-    def share_error(self) -> float:
-        """The possible change by the engine's error in a share of the variance of the powers.
-
-        With q, its standard deviation over theirs, it is q^2, and 2 q sqrt(trend) if it
-        follows the powers.
-        """
-        power = self.values["mean_power"]
-        spread = float(power.std())
-        if spread == 0.0:
-            return 0.0
-        q = self.scatter * abs(float(power.mean())) / spread
-        return min(2.0 * q * math.sqrt(self.trend) + q * q, 1.0)
+    ratio: float = 1.0
 
     @property
     def small(self) -> bool:
@@ -100,6 +90,13 @@ def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engin
     return count, engine_of(kind, within=target if within is None else within, seed=seed)
 
 
+def column(table: SweepTable, name: str) -> Floats:
+    """A column of all rows as numbers, in the order of the points; nan if absent."""
+    return np.array(
+        [math.nan if cell is None else cell for cell in table.table.plain()[name]], dtype=np.float64
+    )
+
+
 def stated(table: SweepTable, name: str) -> Floats | None:
     """The engine's own relative error at 95 % of each row, shape (n,); None if it states none for a row."""
     value = column(table, name)
@@ -120,25 +117,63 @@ def direct(engine: Engine, table: SweepTable) -> Samples:
         errors = stated(table, name)
         off[name] = None if errors is None or not served.any() else float(np.median(errors[served]))
     check = note("error_by_engine" if off["mean_power"] is not None else "no_error_stated")
-    # that of common noise is the same in all samples
-    scatter = 0.0 if engine.samples else (off["mean_power"] or 0.0) / half95(1.0)
-    answered = {name: v[served] for name, v in values.items()}
-    return Samples(engine.NAME, answered, served, off, (check,), scatter)
-
-
-def corrected(samples: Samples, ratio: Ratio, x: Floats) -> Samples:
-    """The samples at keys' values ``x``, (n, keys), multiplied by the ratios there, with the error that these leave."""
-    values = {name: samples.values[name] * ratio.planes[name](x) for name in QUANTITIES}
-    off: dict[str, float | None] = dict(ratio.off)
-    power = ratio.planes["mean_power"]
     return Samples(
-        samples.engine,
-        values,
-        samples.served,
-        off,
-        (ratio.check,),
-        scatter=power.scatter,
-        trend=power.share,
+        engine.NAME, {name: v[served] for name, v in values.items()}, served, off, (check,)
+    )
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """How the answers of a dearer engine compare: ``ratio`` and relative error ``off`` of each of `QUANTITIES`."""
+
+    ratio: dict[str, float]
+    off: dict[str, float]
+    check: Diagnostic
+
+
+def compared(
+    table: SweepTable, checked: Sequence[int], dearer: SweepTable, engine: Engine, by: Engine
+) -> Ratio:
+    """Compare the rows ``checked`` of a table by an ``engine`` with those of a ``dearer`` table.
+
+    Raises InputError if fewer than two of them have an answer by both.
+    """
+    from scipy.special import stdtrit
+
+    ratio: dict[str, float] = {}
+    off: dict[str, float] = {}
+    count = 0
+    for name in QUANTITIES:
+        ratios = column(dearer, name) / column(table, name)[list(checked)]
+        good = np.isfinite(ratios)
+        ratios = ratios[good]
+        count = int(good.sum())
+        if count < 2:
+            raise InputError(
+                f"`checks` must be more: {by.NAME!r} answered at {count} of {len(checked)} samples"
+            )
+        bias = np.nan_to_num(
+            column(dearer, "mean_power_bias") / np.abs(column(dearer, "mean_power"))
+        )[good]
+        width = (
+            float(stdtrit(count - 1, 0.975))
+            * float(ratios.std(ddof=1))
+            * math.sqrt(1.0 + 1.0 / count)
+        )
+        ratio[name] = float(ratios.mean())
+        off[name] = width + float(np.median(bias))
+    check = note(
+        "checked_by_runs", runs=count, by=by.NAME, ratio=ratio["mean_power"], engine=engine.NAME
+    )
+    return Ratio(ratio, off, check)
+
+
+def corrected(samples: Samples, ratio: Ratio) -> Samples:
+    """The samples multiplied by the mean ratio of the dearer engine's answers, with the error that these leave."""
+    values = {name: samples.values[name] * ratio.ratio[name] for name in QUANTITIES}
+    off: dict[str, float | None] = dict(ratio.off)
+    return Samples(
+        samples.engine, values, samples.served, off, (ratio.check,), ratio.ratio["mean_power"]
     )
 
 
@@ -168,11 +203,5 @@ def interpolated(computed: Samples, outer: Samples, x: Floats, many: Floats) -> 
         note("polynomial_stands_for_others", runs=count, ends=len(x) - count),
     )
     return Samples(
-        computed.engine,
-        values,
-        np.ones(len(many), dtype=bool),
-        off,
-        checks,
-        scatter=computed.scatter,
-        trend=computed.trend,
+        computed.engine, values, np.ones(len(many), dtype=bool), off, checks, computed.ratio
     )

@@ -19,7 +19,6 @@ from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.studies.tolerance import design, peaks
 from harvester.studies.tolerance import samples as sampling
 from harvester.studies.tolerance.device_limits import Limit
-from harvester.studies.tolerance.ratio import Ratio, column, compared
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.surface import Polynomial, fit
 
@@ -112,19 +111,13 @@ class ToleranceStudy:
         table = self._sweep(engine, x, engine.NAME, 0, n_runs)
         samples = sampling.direct(engine, _part(table, 0, runs))
         ends = sampling.direct(engine, _part(table, alone_to, len(x)))
-        ratio: Ratio | None = None
+        ratio: sampling.Ratio | None = None
         if check is not None:
             served = np.flatnonzero(samples.served)[:n_checks]
             dearer = self._sweep(check[1], x[served], "checks", len(x), n_runs)
-            names = sampling.QUANTITIES
-            ratio = compared(
-                x[served], _rows(table, served.tolist()), dearer, names, check[1].NAME, engine
-            )
-            samples = sampling.corrected(samples, ratio, x[:runs][samples.served])
-            ends = sampling.corrected(ends, ratio, x[alone_to:][ends.served])
-        alone = column(table, "mean_power")[runs:alone_to]
-        if ratio is not None:
-            alone = alone * ratio.planes["mean_power"](x[runs:alone_to])
+            ratio = sampling.compared(table, served.tolist(), dearer, engine, check[1])
+            samples, ends = sampling.corrected(samples, ratio), sampling.corrected(ends, ratio)
+        alone = sampling.column(table, "mean_power")[runs:alone_to] * samples.ratio
         warnings = [*_failures(table)]
         computed = x[:runs][samples.served]
         held = np.vstack([computed, x[alone_to:][ends.served]])
@@ -137,8 +130,7 @@ class ToleranceStudy:
             runs = total
             table = self._sweep(engine, every, f"{engine.NAME}-all", 0, runs)
             samples = sampling.direct(engine, table)
-            if ratio is not None:
-                samples = sampling.corrected(samples, ratio, every[samples.served])
+            samples = samples if ratio is None else sampling.corrected(samples, ratio)
             computed = every[samples.served]
             warnings = [*_failures(table)]
             surface = fit(computed, samples.values["mean_power"])
@@ -197,13 +189,6 @@ class ToleranceStudy:
 def _part(table: SweepTable, begin: int, end: int) -> SweepTable:
     """Some rows of a table of one engine."""
     return replace(table, rows=table.rows[begin:end], points=table.points[begin:end])
-
-
-def _rows(table: SweepTable, which: list[int]) -> SweepTable:
-    """Some rows of a table of one engine, by their numbers."""
-    return replace(
-        table, rows=tuple(table.rows[k] for k in which), points=[table.points[k] for k in which]
-    )
 
 
 def _outside(computed: Floats, many: Floats) -> list[Diagnostic]:

@@ -381,8 +381,7 @@ def _shares(
     if request.matrix is not None:
         return {}, [note("no_shares_correlated")]
     try:
-        unexplained, by_engine = runs.surface.unexplained, runs.samples.share_error
-        shares = indices(runs.surface, request.spreads, unexplained, request.seed, by_engine)
+        shares = indices(runs.surface, request.spreads, runs.surface.unexplained, request.seed)
     except ImportError:
         return {}, [note("no_shares_library")]
     return shares, [] if shares else [note("no_shares_constant")]

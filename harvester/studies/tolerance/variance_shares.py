@@ -4,8 +4,7 @@
 
 by Saltelli's and Jansen's estimators of SALib on many places of the response surface.  The surface
 leaves a share ``unexplained`` of the variance; as least squares leave the part orthogonal to it,
-each index is wrong by at most about that share, which is added to SALib's own 95 % interval.  So is
-the possible change by the engine's own error, ``by_engine`` (`samples.Samples.share_error`).  For
+each index is wrong by at most about that share, which is added to SALib's own 95 % interval.  For
 keys that are correlated the shares do not add up to the variance, and are not given.
 """
 
@@ -35,7 +34,6 @@ def indices(
     spreads: Sequence[PartSpread],
     unexplained: float = 0.0,
     seed: int = 0,
-    by_engine: float = 0.0,
 ) -> dict[str, VarianceShares]:
     """The indices of a function of the keys' values, (n, keys) -> (n,), for independent keys with these spreads.
 
@@ -57,8 +55,8 @@ def indices(
     columns = (
         result["S1"],
         result["ST"],
-        result["S1_conf"] + unexplained + by_engine,
-        result["ST_conf"] + unexplained + by_engine,
+        result["S1_conf"] + unexplained,
+        result["ST_conf"] + unexplained,
     )
     return {
         name: VarianceShares(*(float(column[k]) for column in columns))

@@ -7,7 +7,7 @@ import pytest
 import harvester as hv
 from harvester.engines.spice.setup import set_up
 from harvester.equations.problem import Problem
-from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES
+from harvester.mechanics.ensemble.loads import CHARGING_TIMES
 
 
 @pytest.mark.ngspice

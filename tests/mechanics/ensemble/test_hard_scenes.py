@@ -310,7 +310,7 @@ def test_a_load_too_slow_to_wait_for_is_a_warning(h, monkeypatch):
     monkeypatch.setattr(settling, "LONGEST", 2e3)
     many = Trajectories(padded(linear(0.05, 1e-6)), 64, SEED, h)
     warnings = burn_in(many)
-    assert "of the load's memory, 1/mu = 1e+06" in str(warnings[0])
+    assert "for the load's memory, 1/mu = 1e+06" in str(warnings[0])
     assert many.time < 1e4
 
 

@@ -15,7 +15,8 @@ from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales, scales
 from harvester.errors import InputError
-from harvester.mechanics.ensemble.burn_in import CHARGING_TIMES, burn_in
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.loads import CHARGING_TIMES
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.coefficients import Coefficients, State

@@ -194,7 +194,7 @@ def test_rows_of_the_bar():
     [
         (
             ["--vary", "excitation.frequency=1,2"],
-            "--vary must leave out excitation.frequency, which is what --sweep",
+            "--vary must leave out excitation.frequency, which --sweep",
         ),
         (["--vary", "load.resistance=-1k,2k"], "load.resistance"),
         (

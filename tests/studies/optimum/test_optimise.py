@@ -139,7 +139,7 @@ def test_what_is_no_range(text, line):
             {},
             "nondimensional.restitution must be a restitution coefficient",
         ),
-        (MU, {"within": 2.0}, "`within` must be between 0.001% and 100%, but is '2'"),
+        (MU, {"within": 2.0}, "`within` must be between 0.001 % and 100 %, but is '2'"),
         (MU, {"budget": 0.0}, "`budget` must be above 0, but is 0.0"),
     ],
 )

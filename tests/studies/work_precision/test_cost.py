@@ -502,7 +502,7 @@ def test_units_of_a_device():
     """Step in seconds, power in watts: the same exact laws."""
     measurement = Measurement(Problem(BRIDGE.with_load(1e6)), budget=8.0)
     measurement.cheap = measurement.run(hv.Ensemble(trajectories=256))
-    measurement.measure_biases(measurement.cheap, ngspice=False)
+    measurement.measure_biases(measurement.cheap, None)
     answer = table_of(measurement)
     eqs = measurement.problem.equations
     s = measurement.problem.units
