@@ -67,6 +67,17 @@ def _current_now(charging, length, now):
     )
 
 
+@forced
+def _end_of_step(v, new, threshold, side, top):
+    """The voltage at the end of a step, and its share of the step: a threshold, or the top if the clamp begins."""
+    end = new
+    if side * (new - threshold) >= 0.0 and new != v:
+        end = threshold
+    elif v < top < new:
+        end = top
+    return end, 1.0 if end == new else (end - v) / (new - v)
+
+
 @kernel
 def follow_state(store, drawn, v, duration, threshold, side, course):
     """Go on in a state for a duration, or until V passes a threshold upwards (``side`` 1) or downwards: V there."""
@@ -107,24 +118,23 @@ def follow_state(store, drawn, v, duration, threshold, side, course):
             _rate(u, scale, finest, row, drawn)[0] - _spread(u, branches, step, rates[3], rates[4])
         ) / farads
         new = v + step / 6.0 * (a + 2.0 * (b + c) + d)
-        there = side * (new - threshold) >= 0.0 and new != v
-        if there:
-            step *= (threshold - v) / (new - v)
-            new = threshold
+        new, share = _end_of_step(v, new, threshold, side, top)
+        step *= share
+        charge = farads * (new - v)  # of the store and its branches, without the drawn one
         for j in range(many):
-            branches[2, j] += (
-                step / 6.0 * (rates[1, j] + 2.0 * (rates[2, j] + rates[3, j]) + rates[4, j])
-            )
+            rise = step / 6.0 * (rates[1, j] + 2.0 * (rates[2, j] + rates[3, j]) + rates[4, j])
+            branches[2, j] += rise
+            charge += branches[1, j] * rise
+        # with this mean the products of charge and voltage are the change of the store's energy
         middle = 0.5 * (v + min(new, top))
         k = min(int(middle * scale), finest - 1)
-        came = row[k] + (middle * scale - k) * (row[k + 1] - row[k])
         at_store = middle if held == 0.0 else held
         leaked = levels[LEAK] * at_store * at_store * step
-        counts[GIVEN] += came * at_store * step + leaked
+        used = (drawn[k] + (middle * scale - k) * (drawn[k + 1] - drawn[k])) * at_store * step
+        counts[GIVEN] += charge * at_store + used + leaked
         counts[LEAKED] += leaked
         if side < 0.0:  # the node is on
-            used = drawn[k] + (middle * scale - k) * (drawn[k + 1] - drawn[k])
-            counts[USED] += used * at_store * step
+            counts[USED] += used
         if new > top:
             counts[CLAMPED] += farads * (new - top) * top
             new = top
@@ -136,7 +146,7 @@ def follow_state(store, drawn, v, duration, threshold, side, course):
             t[points] = counts[END]
             volts[points] = v
             counts[POINTS] += 1.0
-        if there or step == 0.0:
+        if new == threshold or step == 0.0:
             return v
     return v
 

@@ -121,7 +121,7 @@ class NodeResult(TableResult):
         whether the node keeps its interval, and how many packets it sends per day: a note, whose
         ``str`` is the sentence.
     harvested : Value
-        a `Value`: the mean power (W) into the store beyond that of the clamp.
+        a `Value`: the mean power (W) into the store, less those of the clamp and the leakage.
     used, clamped, leaked : Value or None
         `Value` each: the mean power (W) that the node consumes, that the clamp
         dissipates and that leaves through the store's leakage; None if absent.
