@@ -131,6 +131,8 @@ class OutOfTimeError(CircuitError):
 
 NO_THREAD = ("can't start new thread",)  # of Python's RuntimeError
 NO_LOCK = ("can't allocate lock",)
+# file of its text; other texts, as of compiled circuits, have names of their own
+DATA_CLASS = "<string>"
 
 
 def named(error: Exception) -> HarvesterError:
@@ -163,8 +165,8 @@ def _is_lost_memory_error(error: Exception) -> bool:
     another error while it handles the MemoryError.
     """
     if isinstance(error, SyntaxError):
-        name = error.filename or "<string>"
-        return name.startswith("<") or Path(name).is_relative_to(Path(__file__).parent)
+        name = error.filename or DATA_CLASS
+        return name == DATA_CLASS or Path(name).is_relative_to(Path(__file__).parent)
     if isinstance(error, SystemError):
         return "without" in str(error)
     if error.args == NO_LOCK:

@@ -130,6 +130,7 @@ def _end_those_ahead() -> None:
         processes.kill(workers_ahead.popleft()[0])
 
 
+processes.forget_after_fork(workers_ahead)
 processes.at_end(_end_those_ahead)
 
 

@@ -31,7 +31,7 @@ _STARTING = threading.RLock()
 # Python looks for no module in the current folder, with -m and -c too
 SAFE = {"PYTHONSAFEPATH": "1"}
 # of the program that this one was forked from: never touched
-_OF_PARENT: list[loky.ProcessPoolExecutor] = []
+_OF_PARENT: list[Any] = []
 # what ends processes that nobody waits for, at the end of the program
 _AT_END: list[Callable[[], object]] = []
 # bytes by which a worker may grow: each combination of effects that it compiles takes some
@@ -56,17 +56,23 @@ def idle_processes() -> deque[loky.ProcessPoolExecutor]:
     """An empty list of idle processes, which is empty again in a forked program: they answer to their parent alone."""
     idle: deque[loky.ProcessPoolExecutor] = deque()
 
-    def forget() -> None:
-        _OF_PARENT.extend(idle)
-        idle.clear()
-
     def end() -> None:
         while idle:
             kill(idle.pop())
 
-    this_system.after_fork(forget)
+    forget_after_fork(idle)
     at_end(end)
     return idle
+
+
+def forget_after_fork(children: deque[Any]) -> None:
+    """Empty a list of processes in a forked program, whose children they are not."""
+
+    def forget() -> None:
+        _OF_PARENT.extend(children)
+        children.clear()
+
+    this_system.after_fork(forget)
 
 
 def at_end(function: Callable[[], object]) -> None:

@@ -28,7 +28,7 @@ LEAST_LOAD = 0.01  # ohm
 LEAST_STORE = 1e-12  # F
 SMALL = 1.0  # ohm, below which a resistance with a capital M was meant in megohm
 SAME = 1.5  # times the piezo's capacitance, and a part of it: a capacitor across it may be its own
-_DEVICES = "qmj"  # letters of elements with current in every node
+_DEVICES = "qmjt"  # letters of elements with current in every node
 _INSIDE = re.compile(r"(\d+\.?\d*|\.\d+)(meg|[tgkmunpfrv])(\d+)([a-z]*)", re.IGNORECASE)
 _MEGA = re.compile(r"(\d+\.?\d*|\.\d+)M(?!eg|EG|il|IL)(ohm)?s?", re.ASCII)
 _FARAD = re.compile(r"(\d+\.?\d*|\.\d+)F(arad)?s?")
@@ -167,19 +167,28 @@ def _without_return(parts: Sequence[CircuitPart], names: Mapping[str, str]) -> I
     The mean currents of a periodic response circulate through all elements but capacitors, so that a diode
     passes one only if its cathode leads back to its anode.
     """
-    ways: dict[str, set[str]] = {}
-    for part in parts:
-        nodes = part.nodes if part.kind in _DEVICES else part.nodes[:2]
-        if part.kind == "d":
-            ways.setdefault(nodes[0], set()).add(nodes[1])
-        elif part.kind != "c":
-            for node in nodes:
-                ways.setdefault(node, set()).update(nodes)
+    ways = _ways(parts)
     diodes = [part for part in parts if part.kind == "d"]
     blocked = [part.name for part in diodes if part.nodes[0] not in _reached(part.nodes[1], ways)]
     if blocked:
         listed = ", ".join(names.get(name, name) for name in blocked)
         yield warning("no_return_path", names=listed, count=len(blocked))
+
+
+def _ways(parts: Sequence[CircuitPart]) -> dict[str, set[str]]:
+    """The nodes to which elements pass a direct current from each node."""
+    ways: dict[str, set[str]] = {}
+    others = {node for part in parts if part.kind != "d" for node in part.nodes} | {PIEZO, "0"}
+    for part in parts:
+        nodes = part.nodes if part.kind in _DEVICES else part.nodes[:2]
+        # back to back at a node of their own, diodes are there for their breakdown
+        breaks = part.model is not None and "bv" in part.model.values and set(nodes) - others
+        if part.kind == "d" and not breaks:
+            ways.setdefault(nodes[0], set()).add(nodes[1])
+        elif part.kind != "c":
+            for node in nodes:
+                ways.setdefault(node, set()).update(nodes)
+    return ways
 
 
 def _reached(node: str, ways: Mapping[str, set[str]]) -> set[str]:

@@ -137,11 +137,14 @@ def accelerations(
 def unit_against_gravity(
     table: CsvTable, column: CsvColumn, unit: str | None
 ) -> Iterator[Diagnostic]:
-    """A warning if the mean of a column is gravity in another unit than the given one."""
+    """A warning if the mean of a column, not one of volts, is gravity in another unit than the given one."""
     if unit is None or column.scale(ACCELERATION) is not None:
         return
+    if _is_voltage(column.stated or table.facts.y_unit or ""):
+        return
     likely = _by_gravity(table, column)
-    if likely and not math.isclose(_factor(unit), _factor(likely)):
+    # 1024 counts of 0.977 mg are gravity, and near that in mg
+    if likely and not math.isclose(_factor(unit), _factor(likely), rel_tol=2.0 * NEAR_GRAVITY):
         yield warning("unit_against_gravity", given=unit, likely=likely)
 
 

@@ -114,6 +114,32 @@ def test_a_forked_program_starts_processes_of_its_own():
     assert (done.stdout, done.stderr) == ("3\n3\n0\n3\n", "")
 
 
+FORK_BESIDE = """
+import os, sys, time
+from harvester.cosimulation import worker_pool
+
+worker_pool.worker_count = lambda: 2
+with worker_pool.ahead((time.sleep, (1.0,))) as job:
+    assert job is not None
+child = os.fork()
+if child == 0:
+    sys.exit()
+print(os.waitpid(child, 0)[1], job.result())
+"""
+
+
+def test_a_forked_program_leaves_the_process_that_compiles_ahead_to_its_parent():
+    """The end of the forked one had a traceback: it is no child of its own that it would end."""
+    done = subprocess.run(
+        [sys.executable, "-c", FORK_BESIDE],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert (done.stdout, done.stderr) == ("0 None\n", "")
+
+
 def test_a_process_that_dies_after_another_went_idle_is_noticed():
     """The next job of an executor whose process ended for want of work starts one that nobody looked at."""
     process = processes.create(idle=0.1)

@@ -289,6 +289,8 @@ def test_what_was_probably_meant_is_warned_of(tmp_path, lines, code, words):
         {"more": "V9 PX 0 SIN(0 1 60)\nR9 PX STORE 10k"},
         {"more": "C8 PX PA 1n\nD9 PX STORE DX\nD8 0 PX DX"},
         {"more": "C8 PX PA 1n\nD9 PX STORE DX\nL8 PX 0 1m"},
+        {"more": ".model DZ D(Is=1n bv=5.1)\nD8 PA X DZ\nD9 0 X DZ"},
+        {"more": "T8 STORE 0 A 0 z0=50 td=1n\nD9 A B DX\nR8 B 0 1k"},
     ],
 )
 def test_usual_values_are_not_warned_of(tmp_path, lines):

@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+from harvester.errors import named
 from tests.support.judge import refusal
 from tests.support.paths import EXAMPLES, ROOT
 
@@ -84,3 +85,11 @@ def test_each_of_the_first_200(tmp_path, kind, words):
     found = answers(tmp_path, kind, numbers, words)
     assert {one["n"]: text for one in found if (text := wrong(one))} == {}
     assert sum(one["status"] in ABORTED for one in found) <= 0.02 * len(found)
+
+
+def test_a_defect_in_the_text_of_a_circuit_is_no_lack_of_memory():
+    """A text that Python cannot read was a lack of memory, whoever had written it."""
+    errors = [
+        SyntaxError("invalid syntax", (name, 1, 1, "")) for name in ("<string>", "<circuit_1>")
+    ]
+    assert ["memory" in str(named(error)) for error in errors] == [True, False]

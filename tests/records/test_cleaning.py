@@ -332,3 +332,15 @@ def test_a_given_unit_is_compared_with_gravity(harvester, tmp_path, unit, likely
     answer = json.loads(harvester("record", path, "--unit", unit, "--json")[1])
     said = [line for line in answer["warnings"] if "gravity" in line]
     assert [f"in {likely} and not in {unit}" in line for line in said] == [True] * bool(likely)
+
+
+@pytest.mark.parametrize(
+    ("head", "unit", "rest"), [("z", "0.977 mg", 1024.0), ("z (V)", "10 g", 1.0)]
+)
+def test_counts_and_volts_are_not_taken_for_gravity_in_another_unit(
+    harvester, tmp_path, head, unit, rest
+):
+    """1024 counts of 0.977 mg are 1 g, but were said to be in mg, and one volt of 10 g to be in g."""
+    path = written(tmp_path / "a.csv", f"time (s),{head}", T, rest * (1.0 + 0.1 * SHAKING))
+    answer = json.loads(harvester("record", path, "--unit", unit, "--json")[1])
+    assert not [line for line in answer["warnings"] if "gravity" in line]

@@ -15,6 +15,7 @@ from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
 from harvester.mechanics.kernels.step_size import step_from_rest
+from harvester.netlists.load_circuit import effective_value
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.messages.unknown_parts import MEASURED_CURRENT
@@ -102,7 +103,8 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
 def _check_draw(problem: Problem, top: float, h: float | None) -> None:
     """Raise SimulationError if the board draws more power at the target voltage than the mass can give.
 
-    A device of ideal elements alone draws none but for the load's.
+    A device of ideal elements alone draws none but for the load's.  If that power may still load
+    other capacitors, as through a resistor, the error is that this engine does not follow them.
     """
     bound = power_bound(problem)
     rectifier = Rectifier(problem)
@@ -115,19 +117,27 @@ def _check_draw(problem: Problem, top: float, h: float | None) -> None:
     state[charge] = rectifier.held * top
     eqs = problem.equations
     start = np.array([eqs.resting_places[0], 0.0])
-    charges = []
-    for _ in range(2):  # the first loads what is beside the store
+    charges = [state[charge]]
+    for _ in range(2):  # the first loads the other capacitors
         path = circuit.trace(eqs, np.zeros(AT_REST), step, 1, start, state)
         start = path.last[:-1]
         charges.append(float(path.state[charge]))
         state = path.state
-    watts = (charges[0] - charges[1]) * top * problem.scales.frequency / (AT_REST * step)
+    watts = (charges[1] - charges[2]) * top * problem.scales.frequency / (AT_REST * step)
     most = bound.value / problem.units.watts * problem.scales.watts
-    if watts > most:
+    if watts <= most:
+        return
+    others = [part for part in rectifier.parts if part.kind == "c" and part.name != CSMOOTH]
+    if charges[0] - charges[1] < top * sum(effective_value(part) or math.inf for part in others):
+        names = ", ".join(part.name for part in others)
         raise SimulationError(
-            f"the store does not reach {top:.3g} V: at this voltage the board itself draws {watts:.3g} W, "
-            f"and the mass can give {most:.3g} W at most: is an element across the store intended?"
+            f"engine slow follows no capacitor that is slow next to the store, but {names} may still be loading "
+            f"at {top:.3g} V, with {watts:.3g} W: use engine 'compiled' or 'spice'"
         )
+    raise SimulationError(
+        f"the store does not reach {top:.3g} V: at this voltage the board itself draws {watts:.3g} W, "
+        f"and the mass can give {most:.3g} W at most: is an element across the store intended?"
+    )
 
 
 def _check_times(fields: dict[str, Any]) -> None:
