@@ -106,7 +106,7 @@ class Designs:
         self.steps = np.zeros(n)
         self.left: Bools = np.zeros(n, dtype=bool)
         self.coarse_stopped: Bools = np.zeros(n, dtype=bool)
-        self._samples = np.zeros(n, dtype=int)  # of the sums
+        self._samples = np.zeros((self.levels, n), dtype=int)  # of the sums
         self.elapsed = np.zeros(n)
         rows = 5 if self.is_circuit else 3
         shape = (self.levels, n, self.blocks)
@@ -151,7 +151,7 @@ class Designs:
         self._run(which, self.elapsed[which], range(1, self.levels))
         for array in (self._sums, self._martingales):
             array[:, which] = 0.0
-        self._samples[which] = 0
+        self._samples[:, which] = 0
         self.elapsed[which] = self.duration[which] = 0.0
         self.coarse_stopped[which] = False
         begin = self._boundary(which)
@@ -168,8 +168,8 @@ class Designs:
             if len(part):
                 times = durations[np.isin(which, part)]
                 samples = self._run(part, times, levels)
-                self._samples[part] += samples
-                self.elapsed[part] += samples * self._sample_time(part)
+                self._samples[: len(samples), part] += samples
+                self.elapsed[part] += samples[0] * self._sample_time(part)
         self.duration[which] = self.elapsed[which]
         x2 = [self.moments(which, level).x2.mean(axis=1) for level in every]
         for level in every[1:]:
@@ -187,7 +187,8 @@ class Designs:
 
     def moments(self, which: Indices, level: int = 0) -> Moments:
         """Time averages of scenes at a step, each of shape (scenes, count)."""
-        return self._moments_of(which, level, self._samples[which], self.elapsed[which])
+        samples = self._samples[level, which]
+        return self._moments_of(which, level, samples, samples * self._sample_time(which, level))
 
     def _moments_of(
         self, which: Indices, level: int, samples: Floats | NDArray[np.int_], elapsed: Floats
@@ -255,7 +256,7 @@ class Designs:
             running = running[~self.left[d]]
             d = which[running]
             self._sums[0, d] = 0.0
-            samples = self._run(d, length[running], range(1))
+            (samples,) = self._run(d, length[running], range(1))
             times = samples * self._sample_time(d)
             self.elapsed[d] += times
             now, entries = self._window(d, samples)
@@ -310,17 +311,32 @@ class Designs:
     def _load_mu(self, d: Indices) -> Floats:
         return np.array([self.designs[k].circuit.mu for k in d])
 
-    def _sample_time(self, which: Indices) -> Floats:
-        return np.array([stride_of(h) * h for h in self.h[which]])
+    def _strides(self, which: Indices, level: int = 0) -> NDArray[np.int_]:
+        """Steps from one sample to the next: at a longer step half as many, rounded down."""
+        return np.array([max(stride_of(h) >> level, 1) for h in self.h[which]], dtype=int)
+
+    def _sample_time(self, which: Indices, level: int = 0) -> Floats:
+        return np.asarray(self._strides(which, level) * self.h[which] * 2.0**level)
 
     def _run(self, which: Indices, durations: Floats, levels: range) -> NDArray[np.int_]:
-        """Advance scenes at some of their steps by about ``durations``: numbers of samples."""
-        samples = np.maximum(np.round(durations / self._sample_time(which)), 1).astype(int)
+        """Advance scenes at some of their steps by about ``durations``: numbers of samples at each.
+
+        The longer steps follow the shortest, whose time is whole samples: half of an odd stride is
+        not whole, so that theirs are others.
+        """
+        unit = self._sample_time(which)
+        times = np.maximum(np.round(durations / unit), 1.0) * unit
+        samples = np.array(
+            [
+                np.maximum(np.round(times / self._sample_time(which, level)), 1.0)
+                for level in levels
+            ],
+            dtype=int,
+        )
         tasks = [*self._tasks(which, samples, levels)]
-        strides = np.array([stride_of(h) for h in self.h[which]])
-        for level in levels:
-            self.steps[which] += samples * np.maximum(strides >> level, 1) * self.count
-        steps = int((samples * strides).mean()) if len(which) else 0
+        made = samples * np.array([self._strides(which, level) for level in levels])
+        self.steps[which] += made.sum(axis=0) * self.count
+        steps = int(made[0].mean()) if len(which) else 0
         each(lambda k: advance(*tasks[k]), len(tasks), steps, threading.Event())
         finite = np.isfinite(self._state[:, which]).all(axis=(0, 2, 3, 4))
         finite &= np.isfinite(self._sums[:, which]).all(axis=(0, 2, 3, 4))
@@ -331,12 +347,12 @@ class Designs:
         self, which: Indices, samples: NDArray[np.int_], levels: range
     ) -> Iterator[tuple[object, ...]]:
         """The arguments of the kernel, block by block."""
-        for d, number in zip(which, samples, strict=True):
+        for row, d in enumerate(which):
             design = self.designs[d]
-            stride = stride_of(self.h[d])
-            for level in levels:
+            for level, numbers in zip(levels, samples, strict=True):
                 h = float(self.h[d]) * 2.0**level
-                schedule = Schedule(int(number), max(stride >> level, 1), level)
+                (stride,) = self._strides(which[row : row + 1], level)
+                schedule = Schedule(int(numbers[row]), int(stride), level)
                 update = update_of(design.eqs, h)
                 for k in range(self.blocks):
                     state = self._state[level, d, k]

@@ -227,11 +227,13 @@ class RichardsonPair:
             settled_in = self.burn_in
             fresh.state[:] = self.trajectories.state
             fresh.run(SETTLED * settled_in)
-        return RichardsonPair(fresh, self.duration, self.budget, None, settled_in)
+        pair = RichardsonPair(fresh, self.duration, self.budget, None, settled_in)
+        pair._steps += self.steps
+        return pair
 
     @property
     def steps(self) -> int:
-        """Trajectory-steps of all."""
+        """Trajectory-steps of all, and of those at other steps before."""
         return self._steps + sum(
             trajectories.steps for trajectories in (self.trajectories, *self._coarser)
         )

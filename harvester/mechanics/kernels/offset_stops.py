@@ -30,8 +30,10 @@ from harvester.mechanics.kernels.equation_of_motion import (
 
 
 def loss_unit(c: Coefficients) -> float:
-    """The unit of the sums of impact losses: (1 - r^2)/2 for a stop at rest, where v-^2 is added up; else 1."""
-    return 1.0 if c.r is None or c.gap is not None else 0.5 * (1.0 - c.r**2)
+    """The unit of sums of impact losses: (1 - r^2)/2 at rest, of v-^2; the mass at a lone rigid stop; else 1."""
+    if c.r is None or c.high is not None:
+        return 1.0
+    return 0.5 * (1.0 - c.r**2) if c.gap is None else 1.0 + (c.inertia or 0.0) * c.gap**2
 
 
 @forced

@@ -164,6 +164,17 @@ def test_backbone_of_a_softening_ceramic():
     assert least == pytest.approx(-1.0, abs=1e-4)
 
 
+def test_a_growing_mass_loses_its_own_energy_at_a_stop():
+    """The mass of an impact is that at the gap, 1.5: the power balance closes."""
+    eqs = equations(
+        scene_of(c1=-0.05, beta=0.05, mu=1.0, D11=0.3, inertia=0.5, restitution=0.6, gap=1.0)
+    )
+    trajectories = Trajectories(eqs, 1024, np.random.SeedSequence(4), 0.02)
+    trajectories.run(60.0)
+    balance = trajectories.run(200.0).balance(eqs)
+    assert abs(balance.mean()) < 4.0 * balance.std() / math.sqrt(len(balance)) + 5e-3
+
+
 SERVED = {
     "softening": ("density", "spice"),
     "loss_tangent": ("density", "averaged", "published", "exact"),
