@@ -42,6 +42,7 @@ from harvester.mechanics.part.part_state import (
     READ,
     SLACK,
     STOPPING,
+    is_on_stop,
     kept,
     loaded,
     report,
@@ -181,9 +182,11 @@ def struck(m, h, a, xi, other, grid):
 
 @inlined
 def shown(m, load, t, a, grid):
-    """The flight of t after a point of the grid, its velocity moved to that time."""
+    """The flight of t after a point of the grid, its velocity moved to that time; 0 at rest on a stop."""
     f = flight(m, load, t, a, grid)
     v = kick(State(f.m.x, f.m.v, f.m.V), 0.0, t - 0.5 * grid.h, grid.quiet, a)
+    if is_on_stop(f.m, grid.c):
+        v = 0.0
     return Flight(
         m=at(f.m, f.m.x, v),
         load=f.load,
@@ -319,16 +322,18 @@ def gridded_part(task, w, words, out, until, load, grid):
         m = loaded(w)
         load = with_store(load, w)
         if w[16] == 0.0:
-            report(out, m, grid.quiet, grid.c, load, grid.outside)
+            report(out, m, grid.quiet, grid.c, load, acceleration(m.t, grid.outside))
             out[5] = 0.0
             out[6] = 0.0
             out[7] = 0.0
             out[9] = 0.0
             out[13] = 0.0
             return DONE
-        a = acceleration(m.t, grid.outside) + filtered(w, grid.filter)
+        noise = filtered(w, grid.filter)
+        a = acceleration(m.t, grid.outside) + noise
         now = shown(m, load, max(w[17] - m.t, 0.0), a, grid)
-        report(out, now.m, grid.quiet, grid.c, now.load, grid.outside)
+        a = acceleration(now.m.t, grid.outside) + noise
+        report(out, now.m, grid.quiet, grid.c, now.load, a)
         hit = now.number > 0.0
         out[5] = w[11] + now.number
         out[6] = m.t + now.time if hit else w[12]

@@ -288,7 +288,8 @@ def located_part(task, w, out, until, device):
     if task == JUMP and w[14] != 0.0:
         kept(w, jumped(w, loaded(w), w[14], device))
     if task == READ:
-        report(out, loaded(w), device.quiet, device.c, None, device.outside)
+        m = loaded(w)
+        report(out, m, device.quiet, device.c, None, acceleration(m.t, device.outside))
         out[5] = w[11]
         out[6] = w[12]
         out[7] = w[13]
