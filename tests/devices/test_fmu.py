@@ -240,6 +240,23 @@ print(json.dumps([float(r[name]) for name in ("displacement", "voltage", "power"
     assert found == pytest.approx(fmu.run(other, code.replace("VALUES", "{}")), rel=1e-6)
 
 
+def test_a_changed_level_of_filtered_noise_is_there_from_the_start():
+    """The noise began with the deviation of the scene's own level."""
+    small, great = fmu.run(
+        fmu.built("plate_coloured.toml"),
+        """
+found = []
+for factor in (1.0, 1e4):
+    level = factor * float(next(v.start for v in described.modelVariables if v.name == "excitation.acceleration_psd"))
+    one = begun(opened(), excitation__acceleration_psd=level)
+    one.doStep(0.0, 0.05)
+    found += shown(one, "displacement")
+print(json.dumps(found))
+""",
+    )
+    assert great == pytest.approx(100.0 * small, rel=1e-9)
+
+
 def test_library_needs_the_c_library_alone():
     """No Python, no package: the library depends on libc and libm, and shows the functions of FMI alone."""
     path = fmu.built()

@@ -49,21 +49,18 @@ from harvester.mechanics.part.part_state import (
 )
 
 STEP = 0.2  # of the package's default step: the energy of an impact between two kicks is then right
+RESOLVED = 0.15  # a step times the frequency, at most: 1.5 of the package's default steps
 DIGITS = 1.0 / 2.0**53
 
 
 class Gridded(NamedTuple):
-    """A device with a step h: coefficients without stops and with them, and a noise filter.
-
-    ``spread`` is the standard deviation with which filtered noise begins.
-    """
+    """A device with a step h: coefficients without stops and with them, and a noise filter."""
 
     h: float
     quiet: Coefficients
     c: Coefficients
     outside: Outside
     filter: Filter | None
-    spread: float
 
 
 class Flight(NamedTuple):
@@ -240,10 +237,14 @@ def shaker_of(f, w, words):
 
 
 @inlined
-def begin_noise(w, words, f, spread):
-    """Begin filtered noise with its stationary law."""
+def begin_noise(w, words, f):
+    """Begin filtered noise with its stationary law, whose variance S has S = |A's first row|^2 S + l11^2."""
     if f is not None:
-        length = spread * math.sqrt(-2.0 * math.log(uniform(words)))
+        kept_part = f.a11 * f.a11
+        if f.a12 is not None:
+            kept_part += f.a12 * f.a12
+        length = f.l11 / math.sqrt(1.0 - kept_part)
+        length *= math.sqrt(-2.0 * math.log(uniform(words)))
         angle = 2.0 * math.pi * uniform(words)
         w[18] = length * math.cos(angle)
         w[19] = length * math.sin(angle)
@@ -278,7 +279,7 @@ def advanced(w, words, until, stopping, load, grid):
     load = with_store(load, w)
     if w[16] == 0.0:
         w[16] = 1.0
-        begin_noise(w, words, f, grid.spread)
+        begin_noise(w, words, f)
         a = acceleration(m.t, outside) + filtered(w, f)
         m = struck(m, 0.5 * h, a, 0.0, None, grid)
     shaker = shaker_of(f, w, words)

@@ -41,6 +41,7 @@ from harvester.mechanics.part.part_state import (
 )
 
 STEP = 0.5  # of the package's default step: the sixth order is then exact to 1e-9 or so
+RESOLVED = 0.5  # a step times the frequency, at most: the sixth order is then exact to 1e-6 or so
 PARTS = (
     0.39216144400731413928,
     0.33259913678935943860,
