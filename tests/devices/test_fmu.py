@@ -18,6 +18,7 @@ pytest.importorskip("fmpy")
 pytest.importorskip("ziglang")
 pytestmark = pytest.mark.slow
 
+BRIDGE = 'netlist = "bridge"\nparameters = { R = "1.5 Mohm", C = "1 uF" }'
 PATH = """
 rows = []
 for n in (1, 10, 100):
@@ -114,6 +115,26 @@ print(json.dumps({name: float(r[name]) for name in r.dtype.names}))
     )
     assert found["impacts"] > 20
     assert lost == pytest.approx(found["input_energy"], rel=most)
+
+
+@pytest.mark.parametrize("load", ["resistance = 1e6", BRIDGE], ids=["located", "grid"])
+def test_force_and_velocity_of_a_mass_at_rest_on_its_stop(tmp_path, load):
+    """A mass that its spring presses on the stop moves with the base: minus the mass times the base's acceleration."""
+    text = (EXAMPLES / "plate_harmonic_stop.toml").read_text().partition("[stop]")[0]
+    scene = tmp_path / f"pressed_{load[:3]}.toml"
+    scene.write_text(f'{text}[stop]\nrestitution = 0.5\ngap = "-1 mm"\n\n[load]\n{load}\n')
+    force, speed, x = fmu.run(
+        fmu.built(str(scene)),
+        """
+one = begun(opened())
+one.setReal([number["base_acceleration"]], [0.1])
+one.doStep(0.0, 10.3 * h)
+print(json.dumps(shown(one, "base_force", "velocity", "displacement")))
+""",
+    )
+    assert force == pytest.approx(-0.04 * 0.1, rel=1e-12)
+    assert speed == 0.0
+    assert x == pytest.approx(1e-3, rel=1e-12)
 
 
 def test_states_reset_and_instances():
@@ -217,6 +238,23 @@ print(json.dumps([float(r[name]) for name in ("displacement", "voltage", "power"
     other = path.parent / "changed.fmu"
     hv.export(scene, other, platforms=[fmu.HERE])
     assert found == pytest.approx(fmu.run(other, code.replace("VALUES", "{}")), rel=1e-6)
+
+
+def test_a_changed_level_of_filtered_noise_is_there_from_the_start():
+    """The noise began with the deviation of the scene's own level."""
+    small, great = fmu.run(
+        fmu.built("plate_coloured.toml"),
+        """
+found = []
+for factor in (1.0, 1e4):
+    level = factor * float(next(v.start for v in described.modelVariables if v.name == "excitation.acceleration_psd"))
+    one = begun(opened(), excitation__acceleration_psd=level)
+    one.doStep(0.0, 0.05)
+    found += shown(one, "displacement")
+print(json.dumps(found))
+""",
+    )
+    assert great == pytest.approx(100.0 * small, rel=1e-9)
 
 
 def test_library_needs_the_c_library_alone():

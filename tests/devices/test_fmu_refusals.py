@@ -75,6 +75,7 @@ refused = [
 one.enterInitializationMode(startTime=0.0)
 refused.append(answer(lambda: one.setFloat64([m], [nan])))
 one.exitInitializationMode()
+refused.append(answer(lambda: one.enterInitializationMode(startTime=7.0)))
 refused.append(answer(lambda: one.doStep(0.0, 0.1)))
 one.enterStepMode()
 event, _, early, last = one.doStep(0.0, 0.1)
@@ -105,6 +106,25 @@ def test_a_bad_call_has_a_status_and_the_instance_goes_on(fmi, code):
     if fmi == 2:
         assert any("communication step must be above 0 s" in answer for answer in refused)
         assert any("base_acceleration must be between" in answer for answer in refused)
+
+
+def test_parameters_that_the_inner_step_cannot_resolve_are_refused():
+    """A stiffness of 10,000 times the scene's had displacements of 1e80 m without an error."""
+    answers = fmu.run(
+        fmu.built(),
+        """
+answers = []
+for stiffness in (160.0, 1.6e5):
+    try:
+        begun(opened(), oscillator__stiffness=stiffness)
+        answers.append("done")
+    except Exception as error:
+        answers.append(str(error))
+print(json.dumps(answers))
+""",
+    )
+    assert answers[0] == "done"
+    assert "fmi2ExitInitializationMode" in answers[1]
 
 
 def test_the_greatest_input_ends_with_a_status():

@@ -2,6 +2,7 @@
 
 import functools
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -53,9 +54,15 @@ def shown(slave, *names, version=2):
 
 
 @functools.cache
+def _folder():
+    """A folder of this process, removed when it ends."""
+    return tempfile.TemporaryDirectory(prefix="fmu-of-tests-")
+
+
+@functools.cache
 def built(scene="plate_harmonic_stop.toml", fmi=2, circuit="inside"):
     """The FMU of an example, or of a scene file, for this system; made once in a process."""
-    folder = Path(tempfile.mkdtemp(prefix="fmu-of-tests-"))
+    folder = Path(tempfile.mkdtemp(dir=_folder().name))
     path = folder / f"{Path(scene).stem}_{fmi}_{circuit}.fmu"
     export_fmu(EXAMPLES / scene, path, circuit=circuit, fmi=fmi, platforms=[HERE])
     return path
@@ -66,6 +73,7 @@ def run(path, code, timeout=120):
     done = subprocess.run(
         [sys.executable, "-c", BEGIN + code, str(path)],
         capture_output=True, text=True, timeout=timeout, check=False, cwd=path.parent,
+        env={**os.environ, "TMPDIR": _folder().name},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-3000:]
     return json.loads(done.stdout.splitlines()[-1])

@@ -91,10 +91,10 @@ static fmi3Status changed(fmi3Instance c, int from, int to) {
 API fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean t, fmi3Float64 tolerance, fmi3Float64 start,
                                            fmi3Boolean s, fmi3Float64 stop) {
     Data *d = &((Part *)c)->data;
-    if (!isfinite(start)) return fmi3Error;
+    if (!isfinite(start) || changed(c, CREATED, INITIALISING) != fmi3OK) return fmi3Error;
     d->time = d->origin = start;
     d->stale = 1;
-    return changed(c, CREATED, INITIALISING);
+    return fmi3OK;
 }
 API fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
     Part *part = c;
@@ -107,12 +107,13 @@ API fmi3Status fmi3EnterStepMode(fmi3Instance c) { return changed(c, AT_EVENT, R
 API fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals,
                                         fmi3Boolean *values, fmi3Boolean *next, fmi3Float64 *time) {
     Data *d = &((Part *)c)->data;
-    *again = *terminate = *nominals = *next = false;
+    *again = *terminate = *nominals = *next = *values = false;
+    if (changed(c, AT_EVENT, AT_EVENT) != fmi3OK) return fmi3Error;
     *values = d->w[W_PENDING] != 0.0;
     inputs(d);
     harvester_part(JUMP, d->numbers, d->w, d->words, d->out, 0.0);
     d->stale = 1;
-    return d->phase == AT_EVENT ? fmi3OK : fmi3Error;
+    return fmi3OK;
 }
 API fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { return fmi3OK; }
 API fmi3Status fmi3Terminate(fmi3Instance c) {

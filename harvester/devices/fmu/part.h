@@ -83,6 +83,12 @@ static void to_start(Data *d) {
     numbers_of(d);
 }
 
+/* The faster of resonance and drive: the frequency (rad/s over FREQUENCY) that the inner step must resolve. */
+static double fastest(const double *numbers) {
+    double square = fabs(numbers[N_LINEAR]) + (N_BETA < 0 ? 0.0 : numbers[N_BETA < 0 ? 0 : N_BETA]);
+    return fmax(sqrt(square), N_DRIVE_FREQUENCY < 0 ? 0.0 : numbers[N_DRIVE_FREQUENCY < 0 ? 0 : N_DRIVE_FREQUENCY]);
+}
+
 /* The first state of the parameters; 0 with words, if there is none. */
 static int begin(Part *part) {
     Data *d = &part->data;
@@ -105,6 +111,12 @@ static int begin(Part *part) {
     }
     d->w[W_X] = fmin(fmax(d->w[W_X], low), high);
     d->stale = 1;
+    if (fastest(d->numbers) > FASTEST) {
+        complain(part, "the parameters must keep resonance and drive below %g Hz, for the inner step is fixed, but give "
+                 "%g Hz: export the scene with these values", FASTEST * FREQUENCY / 6.283185307179586,
+                 fastest(d->numbers) * FREQUENCY / 6.283185307179586);
+        return 0;
+    }
     return 1;
 }
 

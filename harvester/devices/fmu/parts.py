@@ -15,7 +15,7 @@ from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.errors import CannotServeError, InputError
 from harvester.mechanics.kernels.coefficients import coefficients
-from harvester.mechanics.kernels.shaking import deviation, drawn_record, filter_of
+from harvester.mechanics.kernels.shaking import drawn_record, filter_of
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.part import gridded, located
 from harvester.mechanics.part.entry import Plan, sections
@@ -120,7 +120,6 @@ def _plan(eqs: Equations, circuit: object, outside: bool, h: float, seed: int) -
         outside=actions,
         circuit=circuit,  # type: ignore[arg-type]
         filter=None if eqs.coloured is None else filter_of(eqs, h)._replace(tone=None),
-        spread=0.0 if eqs.coloured is None else deviation(eqs, h),
     )
 
 

@@ -33,7 +33,7 @@ class Plan(NamedTuple):
     """A device as templates of the numbers of its parts, None for an absent part.
 
     ``located`` chooses located impacts (`harvester.mechanics.part.located`) in place of the grid.
-    ``h`` is the step, ``spread`` the standard deviation with which filtered noise begins.
+    ``h`` is the step.
     """
 
     located: bool
@@ -45,7 +45,6 @@ class Plan(NamedTuple):
     outside: Outside
     circuit: IdealCircuit | None = None
     filter: Filter | None = None
-    spread: float = 0.0
 
 
 TEMPLATES = ("c", "quiet", "low", "high", "outside", "circuit", "filter")
@@ -102,7 +101,6 @@ def entry(plan: Plan) -> Any:
     outside = plan.outside
     circuit = plan.circuit
     noise = plan.filter
-    spread = plan.spread
 
     def located(task, numbers, w, words, out, until):
         device = Located(
@@ -122,7 +120,6 @@ def entry(plan: Plan) -> Any:
             c=with_pulls(read_numbers(c, numbers, of_c)),
             outside=read_numbers(outside, numbers, of_outside),
             filter=read(noise, numbers, of_filter),
-            spread=spread,
         )
         load = stored(read(circuit, numbers, of_circuit))
         return gridded_part(task, w, words, out, until, load=load, grid=grid)

@@ -42,27 +42,25 @@ from harvester.mechanics.part.part_state import (
     READ,
     SLACK,
     STOPPING,
+    is_on_stop,
     kept,
     loaded,
     report,
 )
 
 STEP = 0.2  # of the package's default step: the energy of an impact between two kicks is then right
+RESOLVED = 0.15  # a step times the frequency, at most: 1.5 of the package's default steps
 DIGITS = 1.0 / 2.0**53
 
 
 class Gridded(NamedTuple):
-    """A device with a step h: coefficients without stops and with them, and a noise filter.
-
-    ``spread`` is the standard deviation with which filtered noise begins.
-    """
+    """A device with a step h: coefficients without stops and with them, and a noise filter."""
 
     h: float
     quiet: Coefficients
     c: Coefficients
     outside: Outside
     filter: Filter | None
-    spread: float
 
 
 class Flight(NamedTuple):
@@ -181,9 +179,11 @@ def struck(m, h, a, xi, other, grid):
 
 @inlined
 def shown(m, load, t, a, grid):
-    """The flight of t after a point of the grid, its velocity moved to that time."""
+    """The flight of t after a point of the grid, its velocity moved to that time; 0 at rest on a stop."""
     f = flight(m, load, t, a, grid)
     v = kick(State(f.m.x, f.m.v, f.m.V), 0.0, t - 0.5 * grid.h, grid.quiet, a)
+    if is_on_stop(f.m, grid.c):
+        v = 0.0
     return Flight(
         m=at(f.m, f.m.x, v),
         load=f.load,
@@ -237,10 +237,14 @@ def shaker_of(f, w, words):
 
 
 @inlined
-def begin_noise(w, words, f, spread):
-    """Begin filtered noise with its stationary law."""
+def begin_noise(w, words, f):
+    """Begin filtered noise with its stationary law, whose variance S has S = |A's first row|^2 S + l11^2."""
     if f is not None:
-        length = spread * math.sqrt(-2.0 * math.log(uniform(words)))
+        kept_part = f.a11 * f.a11
+        if f.a12 is not None:
+            kept_part += f.a12 * f.a12
+        length = f.l11 / math.sqrt(1.0 - kept_part)
+        length *= math.sqrt(-2.0 * math.log(uniform(words)))
         angle = 2.0 * math.pi * uniform(words)
         w[18] = length * math.cos(angle)
         w[19] = length * math.sin(angle)
@@ -275,7 +279,7 @@ def advanced(w, words, until, stopping, load, grid):
     load = with_store(load, w)
     if w[16] == 0.0:
         w[16] = 1.0
-        begin_noise(w, words, f, grid.spread)
+        begin_noise(w, words, f)
         a = acceleration(m.t, outside) + filtered(w, f)
         m = struck(m, 0.5 * h, a, 0.0, None, grid)
     shaker = shaker_of(f, w, words)
@@ -319,16 +323,18 @@ def gridded_part(task, w, words, out, until, load, grid):
         m = loaded(w)
         load = with_store(load, w)
         if w[16] == 0.0:
-            report(out, m, grid.quiet, grid.c, load, grid.outside)
+            report(out, m, grid.quiet, grid.c, load, acceleration(m.t, grid.outside))
             out[5] = 0.0
             out[6] = 0.0
             out[7] = 0.0
             out[9] = 0.0
             out[13] = 0.0
             return DONE
-        a = acceleration(m.t, grid.outside) + filtered(w, grid.filter)
+        noise = filtered(w, grid.filter)
+        a = acceleration(m.t, grid.outside) + noise
         now = shown(m, load, max(w[17] - m.t, 0.0), a, grid)
-        report(out, now.m, grid.quiet, grid.c, now.load, grid.outside)
+        a = acceleration(now.m.t, grid.outside) + noise
+        report(out, now.m, grid.quiet, grid.c, now.load, a)
         hit = now.number > 0.0
         out[5] = w[11] + now.number
         out[6] = m.t + now.time if hit else w[12]

@@ -41,6 +41,7 @@ from harvester.mechanics.part.part_state import (
 )
 
 STEP = 0.5  # of the package's default step: the sixth order is then exact to 1e-9 or so
+RESOLVED = 0.5  # a step times the frequency, at most: the sixth order is then exact to 1e-6 or so
 PARTS = (
     0.39216144400731413928,
     0.33259913678935943860,
@@ -288,7 +289,8 @@ def located_part(task, w, out, until, device):
     if task == JUMP and w[14] != 0.0:
         kept(w, jumped(w, loaded(w), w[14], device))
     if task == READ:
-        report(out, loaded(w), device.quiet, device.c, None, device.outside)
+        m = loaded(w)
+        report(out, m, device.quiet, device.c, None, acceleration(m.t, device.outside))
         out[5] = w[11]
         out[6] = w[12]
         out[7] = w[13]

@@ -10,7 +10,7 @@ from harvester.mechanics.kernels.driver import IdealLoad
 from harvester.mechanics.kernels.equation_of_motion import kick, spring
 from harvester.mechanics.kernels.offset_stops import lower_stop
 from harvester.mechanics.kernels.stored_energy import contact_energy, spring_energy
-from harvester.mechanics.part.outside_forces import PartMotion, acceleration
+from harvester.mechanics.part.outside_forces import PartMotion
 
 BEGIN, ADVANCE, STOPPING, JUMP, READ = range(5)
 DONE, EVENT, FAILED = range(3)
@@ -142,10 +142,22 @@ def _ideal(m, c, load):
 
 
 @inlined
-def report(out, m, quiet, c, load, outside):
-    """Fill the report as far as a motion and its load determine it.
+def is_on_stop(m, c):
+    """Whether the mass is at rest on a rigid stop."""
+    on_stop = False
+    if c.r is not None:
+        on_stop = m.v == 0.0 and m.x == lower_stop(c)
+    if c.high is not None:
+        on_stop = on_stop or (m.v == 0.0 and m.x == c.high)
+    return on_stop
 
-    The force on the base is minus the mass times its acceleration, also at rest on a stop.
+
+@inlined
+def report(out, m, quiet, c, load, a):
+    """Fill the report as far as a motion, its load and the shaking ``a`` determine it.
+
+    The force on the base is minus the mass times its acceleration in space: at rest on a stop that
+    is the base's, which is -a.
     """
     drawn = load_of(m, c, load)
     beta = 0.0 if c.beta is None else c.beta
@@ -155,16 +167,10 @@ def report(out, m, quiet, c, load, outside):
     out[2] = m.V
     out[3] = current
     out[4] = beta * current * drawn.U
-    a = acceleration(m.t, outside)
     inner = (kick(State(m.x, m.v, m.V), 0.0, SHORT_KICK, quiet) - m.v) / SHORT_KICK
     if c.k is not None and m.x + c.gap < 0.0:
         inner -= c.k * (m.x + c.gap) + c.c * m.v
-    on_stop = False
-    if c.r is not None:
-        on_stop = m.v == 0.0 and m.x == lower_stop(c)
-    if c.high is not None:
-        on_stop = on_stop or (m.v == 0.0 and m.x == c.high)
-    out[8] = -a if on_stop else -inner
+    out[8] = a if is_on_stop(m, c) else -inner
     out[10] = m.work
     out[11] = beta * m.load
     out[12] = m.damping

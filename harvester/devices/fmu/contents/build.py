@@ -44,9 +44,10 @@ def library(code: str, header: str, platform: Platform, fmi: int) -> bytes:
 
 def _key(code: str, header: str, platform: Platform, fmi: int) -> str:
     """A name for a library by all that it is made of."""
-    sources = [(SOURCES / name).read_text() for name in ("part.h", f"fmi{fmi}.c")]
+    names = ("part.h", f"fmi{fmi}.c", "objects.py", "contents/build.py")
+    sources = [(SOURCES / name).read_text() for name in names]
     compilers = [importlib.metadata.version(name) for name in ("ziglang", "llvmlite")]
-    made_of = json.dumps([code, header, platform.target, *sources, *compilers])
+    made_of = json.dumps([code, header, platform.name, *sources, *compilers])
     return hashlib.sha256(made_of.encode()).hexdigest()
 
 
@@ -58,7 +59,17 @@ def _linked(code: str, header: str, platform: Platform, fmi: int) -> bytes:
         (folder / "part.o").write_bytes(emitted(code, platform))
         out = folder / f"part.{platform.ending}"
         command = [
-            *(sys.executable, "-m", "ziglang", "cc", "-target", platform.target, "-O2", "-shared"),
+            *(
+                sys.executable,
+                "-P",
+                "-m",
+                "ziglang",
+                "cc",
+                "-target",
+                platform.target,
+                "-O2",
+                "-shared",
+            ),
             *("-fPIC", "-fvisibility=hidden", "-fno-sanitize=undefined", "-w", "-g0"),
             *("-I", str(folder), "-I", str(SOURCES), "-o", str(out)),
             *(str(SOURCES / f"fmi{fmi}.c"), str(folder / "part.o")),

@@ -5,6 +5,7 @@ import math
 from harvester.devices.fmu.fixed_scales import Units
 from harvester.devices.fmu.parts import CompiledPart
 from harvester.devices.fmu.variables import Variable
+from harvester.mechanics.part import gridded, located
 from harvester.mechanics.part.part_state import OUT, W
 
 KINDS = ("PARAMETER", "TUNABLE", "INPUT", "OUTPUT", "TIME")
@@ -23,6 +24,9 @@ NUMBERS = {
     "N_SLOPE": "outside.slope",
     "N_SINCE": "outside.since",
     "N_CURRENT": "outside.current",
+    "N_LINEAR": "c.linear",
+    "N_BETA": "c.beta",
+    "N_DRIVE_FREQUENCY": "outside.drive_frequency",
     "N_LOW": "low.x",
     "N_HIGH": "high.x",
 } | {f"N_{unit.upper()}": unit for unit in Units._fields}
@@ -32,6 +36,9 @@ def header(variables: list[Variable], part: CompiledPart, token: str, frequency:
     """The text of model.h; ``frequency`` is w0 (rad/s), whose inverse is the part's time."""
     lines = [f'#define TOKEN "{token}"', f"#define FREQUENCY {frequency!r}"]
     lines.append(f"#define INNER_STEP {part.plan.h!r}")
+    resolved = located.RESOLVED if part.plan.located else gridded.RESOLVED
+    fastest = max(resolved / part.plan.h, part.plan.outside.drive_frequency or 0.0)
+    lines.append(f"#define FASTEST {fastest!r}")
     lines += [f"#define VARIABLES {len(variables)}", f"#define NUMBERS {len(part.values)}"]
     lines += [f"#define STATE_SIZE {int(W.SIZE)}", f"#define OUT_SIZE {int(OUT.SIZE)}"]
     lines += [f"#define LOCATED {int(part.plan.located)}"]
