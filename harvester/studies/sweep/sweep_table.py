@@ -164,7 +164,11 @@ def _of_check(
         far > math.hypot(mine.known_error95, its.known_error95)
         for far, (mine, its) in zip(differences, pairs, strict=True)
     )
-    largest = max(far / abs(its.value) for far, (_, its) in zip(differences, pairs, strict=True))
+    # Of a power of 0 the other power is the scale; two of them do not differ.
+    largest = max(
+        far / (abs(its.value) or far or 1.0)
+        for far, (_, its) in zip(differences, pairs, strict=True)
+    )
     numbers: dict[str, Any] = {"engine": last, "count": len(pairs), "largest": largest}
     yield (
         warning("check_differs", check, beyond=beyond, **numbers)
