@@ -23,7 +23,7 @@ RESONANCE = "open_circuit_frequency"
 NAMES = (OPEN, LOADED, RESONANCE)
 METER = {OPEN: 0.025, LOADED: 0.05, RESONANCE: 0.003}  # relative errors of a measurement
 MODEL_SHARE = {OPEN: 0.5, LOADED: 1.0, RESONANCE: 0.0}  # exponent of the model error of a power
-FEWEST = 50.0  # devices in effect, below which the points are hardly possible
+LEAST_SHARE = 50.0 / 8192.0  # of devices in effect, below which the points are hardly possible
 
 
 def read_points(points: Mapping[str, str]) -> dict[str, DataSheetPoint | float]:
@@ -46,6 +46,11 @@ def of_device(point: DataSheetPoint | float, device: LinearDevice) -> float:
     return device.frequency * math.sqrt(1.0 + device.beta) / (2.0 * math.pi)
 
 
+def effective_number(weights: Floats) -> float:
+    """How many devices of equal weight determine a quantile as well as these."""
+    return float(weights.sum() ** 2 / (weights**2).sum())
+
+
 @dataclass(frozen=True)
 class Evidence:
     """For each point a polynomial of its logarithm over the standardised keys, that of its value, and its error."""
@@ -63,8 +68,8 @@ class Evidence:
         for law, measured, sigma in zip(self.laws, self.measured, self.sigmas, strict=True):
             log -= 0.5 * ((law(x) - measured) / sigma) ** 2
         weights = np.exp(log - log.max())
-        effective = weights.sum() ** 2 / (weights**2).sum()
-        if effective < FEWEST or log.max() < -8.0 * len(self.laws):
+        rare = effective_number(weights) < LEAST_SHARE * len(x)
+        if rare or log.max() < -8.0 * len(self.laws):
             raise InputError(
                 "`points` must be possible for devices of the priors, but hardly any device has "
                 "them: check peak or RMS and the acceleration, or state a wider origin in `known`"

@@ -4,11 +4,14 @@ The power of a device is P = F(parameters) exp(m), with the parameters from the 
 `priors.toml`, F by an engine (`harvester.tolerance`), and a normal m for the model error.  ln F
 is a polynomial in the logarithms of the parameters, through the devices that the engine computed;
 thus a measurement of one parameter, which leaves it a smaller spread, needs no further device.
+
+Long because the devices, their likelihood and the widths that follow are of one design.
 """
 
 import math
 import time
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
@@ -23,7 +26,7 @@ from harvester.linear.single_points import DataSheetPoint
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.scene.scene import Scene
-from harvester.studies.prediction.evidence import evidence, read_points
+from harvester.studies.prediction.evidence import effective_number, evidence, read_points
 from harvester.studies.prediction.prediction_result import Prediction, RealDevice, UncertainQuantity
 from harvester.studies.prediction.priors import (
     DEFAULT_CLASS,
@@ -48,6 +51,8 @@ LINEAR_KEYS = (
 )
 SAMPLES = 512
 DRAWS = 8192
+DRAWS_WITH_POINTS = 65_536  # as only a part of them counts
+FEWEST = 200.0  # devices in effect, from which a width is stated: five beyond either end
 ENDS = (0.025, 0.5, 0.975)
 EXACT = 0.03  # how well a restitution coefficient is measured
 
@@ -198,27 +203,52 @@ class Devices:
         keys |= {entry.key: spread.samples[served, k] for k, entry in enumerate(priors)}
         self.evidence = evidence(points, keys, x) if points else None
         # Three more columns: the model error, and the noise of either polynomial.
-        self.u = sobol_points(DRAWS, len(priors) + 3, seed)
+        draws = DRAWS_WITH_POINTS if points else DRAWS
+        self.u = sobol_points(draws, len(priors) + 3, seed)
 
     def intervals(self, measured: Sequence[Prior] = ()) -> tuple[RealDevice, RealDevice]:
         """Power and voltage, with the spreads that quantities have after they were ``measured``."""
         # With points a measurement is one more of them.
-        power, voltage, model = self.logarithms(measured if self.evidence is None else ())
+        power, voltage, model = (
+            self.logarithms(measured) if self.evidence is None else self._logarithms
+        )
         weights = self.weights(measured)
         return (
             interval(np.exp(power + model), self.without_power, "W", weights),
             interval(np.exp(voltage + 0.5 * model), self.without_power, "V", weights),
         )
 
+    @cached_property
+    def _drawn(self) -> tuple[Floats, Floats]:
+        """The devices before a measurement."""
+        return self.drawn()
+
+    @cached_property
+    def _logarithms(self) -> tuple[Floats, Floats, Floats]:
+        """Their powers, voltages and model errors."""
+        return self.logarithms()
+
+    @cached_property
+    def _weights(self) -> Floats | None:
+        """Their likelihood; None without points."""
+        return None if self.evidence is None else self.evidence.weights(self._drawn[0])
+
+    def width_after(self, measured: Sequence[Prior]) -> float | None:
+        """The ratio of the ends of the power's interval after measurements; None if too few devices are left."""
+        weights = self.weights(measured)
+        if weights is not None and effective_number(weights) < FEWEST:
+            return None
+        return self.intervals(measured)[0].ratio
+
     def weights(self, measured: Sequence[Prior] = ()) -> Floats | None:
         """The likelihood of the devices, shape (draws,); None without points.
 
         A quantity that was ``measured`` has its median after the points, within its new spread.
         """
-        if self.evidence is None:
+        weights = self._weights
+        if weights is None:
             return None
-        x = self.drawn()[0]
-        weights = self.evidence.weights(x)
+        x = self._drawn[0]
         for better in measured:
             for k, entry in enumerate(self.priors):
                 if entry.quantity == better.quantity and entry.sigma and better.sigma:
@@ -229,10 +259,10 @@ class Devices:
 
     def quantity(self, entry: Prior) -> tuple[float, float] | None:
         """Median factor and standard deviation of the logarithm of a quantity after the points; None for a range."""
-        weights = self.weights()
+        weights = self._weights
         if weights is None or entry.sigma is None:
             return None
-        logs = self.drawn()[0][:, self.priors.index(entry)] * entry.sigma
+        logs = self._drawn[0][:, self.priors.index(entry)] * entry.sigma
         middle = float(np.average(logs, weights=weights))
         square = float(np.average((logs - middle) ** 2, weights=weights))
         return math.exp(middle), math.sqrt(square)
@@ -249,7 +279,7 @@ class Devices:
         from scipy.special import ndtri
 
         normal = ndtri(self.u)
-        x = np.empty((DRAWS, len(self.priors)))
+        x = np.empty((len(normal), len(self.priors)))
         for k, (entry, middle) in enumerate(zip(self.priors, self.middles, strict=True)):
             better = next((new for new in measured if new.quantity == entry.quantity), None)
             if entry.key_sigma is not None:
@@ -300,7 +330,7 @@ def _quantity(entry: Prior, devices: Devices, device_class: str) -> UncertainQua
     if better is None or (entry.sigma is not None and (better.sigma or 0.0) >= entry.sigma):
         after = None
     else:
-        after = devices.intervals([better])[0].ratio
+        after = devices.width_after([better])
     factor, left = devices.quantity(entry) or (None, None)
     return UncertainQuantity(
         quantity=entry.quantity,
@@ -315,14 +345,14 @@ def _quantity(entry: Prior, devices: Devices, device_class: str) -> UncertainQua
 
 
 def _after_impedance(devices: Devices, device_class: str) -> float | None:
-    """The width of the power's interval after an impedance curve; None if it would narrow no quantity."""
+    """The width of the power's interval after an impedance curve; None if it narrows no quantity, or is unknown."""
     better = []
     for entry in devices.priors:
         measured = prior_of(entry.quantity, "measured_low", device_class)
         if measured is None or entry.sigma is None or (measured.sigma or 0.0) >= entry.sigma:
             continue
         better.append(measured)
-    return devices.intervals(better)[0].ratio if better else None
+    return devices.width_after(better) if better else None
 
 
 def _remarks(

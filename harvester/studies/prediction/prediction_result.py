@@ -32,7 +32,8 @@ class UncertainQuantity(Result):
 
     ``origin`` is the origin of its number, ``sigma`` the standard deviation of its logarithm
     (None: a uniform range), and ``width_after`` the ratio of the ends of the power's interval
-    after the quantity was measured at the level of use; None if a measurement narrows nothing.
+    after the quantity was measured at the level of use; None if a measurement narrows nothing, or
+    with points leaves too few devices to state it.
     After single points of a data sheet ``factor`` is the median of the quantity over its number in
     the scene, and ``sigma_left`` the standard deviation of its logarithm; None without points.
     """

@@ -164,7 +164,10 @@ def _of_check(
         far > math.hypot(mine.known_error95, its.known_error95)
         for far, (mine, its) in zip(differences, pairs, strict=True)
     )
-    largest = max(far / abs(its.value) for far, (_, its) in zip(differences, pairs, strict=True))
+    # Next to a power of 0 the other power is the scale; two of them do not differ.
+    scales = np.array([abs(its.value) for _, its in pairs])
+    scales = np.where(scales > 0.0, scales, np.maximum(differences, np.finfo(float).tiny))
+    largest = float(np.max(np.array(differences) / scales))
     numbers: dict[str, Any] = {"engine": last, "count": len(pairs), "largest": largest}
     yield (
         warning("check_differs", check, beyond=beyond, **numbers)

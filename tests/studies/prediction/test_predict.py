@@ -11,6 +11,7 @@ from click.testing import CliRunner
 import harvester as hv
 from harvester.cli import cli
 from harvester.errors import InputError
+from harvester.studies.prediction import predict as predictions
 from harvester.studies.prediction import priors
 from harvester.studies.prediction.predict import interval
 
@@ -113,6 +114,24 @@ def test_a_power_and_a_resonance_pair_are_points_too():
     assert left["damping"].sigma_left < 0.3 < left["damping"].sigma
     assert left["coupling"].sigma_left < left["coupling"].sigma
     assert left["coupling"].factor == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_measurement_after_a_point_does_not_widen_the_interval():
+    """So many devices count that the ends of an interval do not depend on single ones."""
+    scene = hv.load("examples/published/erturk_inman_2009.toml")
+    points = {"open_circuit_frequency": "48.22 Hz"}
+    result = hv.predict(scene, samples=256, points=points)
+    widths = [entry.width_after for entry in result.quantities]
+    assert len(widths) == 4 and max(widths) < 1.03 * result.power.ratio
+
+
+def test_a_width_from_few_devices_is_not_stated(monkeypatch):
+    """The devices that are left are the fewer, the more a measurement narrows."""
+    monkeypatch.setattr(predictions, "FEWEST", 1e6)
+    points = {"open_circuit_frequency": "48.22 Hz"}
+    scene = hv.load("examples/published/erturk_inman_2009.toml")
+    result = hv.predict(scene, samples=64, points=points)
+    assert result.impedance_curve is None and not result.next_measurement
 
 
 @pytest.mark.parametrize(

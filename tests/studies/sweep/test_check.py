@@ -26,6 +26,13 @@ def test_density_checks_the_ensemble_at_one_point_of_three(harvester, tmp_path):
     assert "agrees with ensemble at the compared point" in str(table)
 
 
+def test_a_device_without_power_agrees_with_its_check():
+    """Without coupling both powers are 0, which is no difference."""
+    table = hv.sweep(STOPPED, vary={"nondimensional.beta": [0.0]})
+    assert table.of("density")[0].mean_power.value == 0.0
+    assert "agrees with ensemble at the compared point: 0.0% apart" in str(table)
+
+
 def test_points_of_a_check():
     axis = Axis(LOADS, tuple(float(k) for k in range(1, 26)))
     assert grid([axis]).spread(3) == {6, 12, 18}
