@@ -157,9 +157,9 @@ class Settling:
     def unexplained(self, residual: Floats) -> float:
         """How far f(y) may be from the fixed point for the unexplained part of f(y) - y, relative to its size.
 
-        ``residual`` is as of `left`.  The part that changes explain is removed twice: once leaves a
-        part of the explained part, for none of them is believed altogether, and that part is within
-        the error of `left`.
+        ``residual`` is as of `left`.  The part that changes explain is removed twice: as none
+        of them is believed altogether, the first time leaves some of it, which is within the error
+        of `left`.
         """
         rest = residual
         for _ in range(2):

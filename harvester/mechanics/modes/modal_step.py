@@ -200,7 +200,7 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     """The kick if the oscillator's friction f damps all coordinates, by the mean of the speeds before and after.
 
     (1 + Y/2) v1 = (1 - Y/2) v + dv with Y/2 = diag(b) + f h/2 e e^T, whose inverse is that of the diagonal but for one
-    direction (Sherman and Morrison); stable at any damping.  Quadratic damping is by the mean speed
+    direction (Sherman and Morrison); stable at any damping.  Quadratic damping uses the mean speed
     along e, e^T (1 + diag(b)/2)^-1 (v + dv/2) over 1 + f h/2 e^T (1 + diag(b)/2)^-1 e.
     """
     speeds = len(c.k) * BATCH + i
