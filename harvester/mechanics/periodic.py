@@ -11,9 +11,9 @@ another frequency: a way may begin with those of another one (`Secants`), and th
 three periods.
 
 For a state y only the slow parts ``slow`` @ y count in a residual, and each group of them relative
-to its size; the rest (nodes between diodes, say) follows.  If the way ends, the change by a period
-of a store that holds the energy of many periods is reported relative to the flow through
-it in one, for so far is its state from the fixed point's, relative to its size.  The remainder of
+to its size; the rest (nodes between diodes, say) follows.  If the way ends, the change in one
+period of a store that holds the energy of many is reported relative to the flow through it
+in one, for so far is its state from the fixed point's, relative to its size.  The remainder of
 the way is estimated by the next step of the same rule.
 
 That step leads only along the last periods.  For a change f(y) - y in any other direction nothing
