@@ -136,7 +136,7 @@ class Cheapest(MonteCarloOptions, Engine):
 
 
 def stands_alone(problem: Problem) -> bool:
-    """Whether no circuit of ideal elements is paired with runs of ngspice, of which there are then few.
+    """Whether runs of ngspice are not paired with a circuit of ideal elements, and so are few.
 
     Under a steady drive of one mode engine `Spice` finds periodic responses, and seeks others.
     """

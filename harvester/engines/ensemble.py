@@ -105,7 +105,7 @@ class Ensemble(MonteCarloOptions, Engine):
     SEARCHES: ClassVar[bool] = True  # for other responses to a steady drive, from many starts
     MODEL_NOTE: ClassVar[str] = ""  # the code of a warning why an error of the model is not stated
     UNKNOWN: ClassVar[str] = ""  # what that error comes from
-    # whether that error is measured before the effort is chosen, which leaves less time for the effort
+    # whether that error is measured before the effort is chosen, for which less time is left
     JUDGED_FIRST: ClassVar[bool] = False
     BEYOND: ClassVar[str] = ""  # the code of a warning that the error is larger than the target
 

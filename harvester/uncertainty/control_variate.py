@@ -98,8 +98,8 @@ def explained_and_controlled(
         E[high] = E[high - explained - a low] + a E[low]
 
     It is subtracted unchanged: few entries cannot distinguish it from low, and would weigh both
-    badly (eight runs of a bridge with a stop that doubles the variance).  It is weighed by the entries
-    only if `WORTH` asks for it.  The variance is stated 1 + `LUCK`/trajectories times as large as
+    badly (eight runs of a bridge with a stop that doubles the variance).  It is weighed by the
+    entries only if `WORTH` asks for it.  The variance is stated 1 + `LUCK`/trajectories times as large as
     these show it.
     """
     fitted = controlled(high, low, mean, explained[:, None], together)

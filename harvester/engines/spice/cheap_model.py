@@ -80,7 +80,7 @@ def ideal_elements(problem: Problem, load: "LoadCircuit") -> "IdealCircuit | Non
 
 
 def _bears_compiled(eqs: Equations) -> bool:
-    """Whether a compiled circuit may be paired: for one mode, and if no excitation makes the response periodic."""
+    """Whether a compiled circuit may be paired: one mode, and no periodic response."""
     return eqs.modes is None and (eqs.shaking_period is None or eqs.is_random)
 
 

@@ -62,7 +62,8 @@ def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> flo
     for 0.2/sqrt(c): the step h detunes it by a part h^2/24, which is then a hundredth of its width.  A friction that
     feeds energy at a rate c asks for c h up to `MOST_FED`: from 1 on a kick would remove energy in
     its place.  Strong impacts under white noise, whose bias falls slowly with the step, ask for
-    `IMPACTS` times as many. Among further modes the highest asks for `STEP_OF_HIGHEST`, or for `AT_STOP`.
+    `IMPACTS` times as many. Among further modes the highest asks for `STEP_OF_HIGHEST`, or for
+    `AT_STOP`.
     """
     linear, alpha2, alpha = eqs.spring
     soft = abs(alpha2) + (eqs.softening or 0.0)
