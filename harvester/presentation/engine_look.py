@@ -15,8 +15,8 @@ class EngineLook:
 
     ``line`` is a line style, or "none" for an engine that is drawn by its markers; ``width`` is for
     wide lines, which are under thin ones so that engines that agree all show; ``order`` decides
-    which is on top; ``paler`` is the fraction of white if its colour means something else.  With several
-    engines, the others are drawn over that of the largest ``trust``.
+    which is on top; ``paler`` is the fraction of white if its colour means something else.  With
+    several engines, the others are drawn over that of the largest ``trust``.
     """
 
     label: str

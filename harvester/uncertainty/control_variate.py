@@ -99,8 +99,8 @@ def explained_and_controlled(
 
     It is subtracted unchanged: few entries cannot distinguish it from low, and would weigh both
     badly (eight runs of a bridge with a stop that doubles the variance).  It is weighed by the
-    entries only if `WORTH` asks for it.  The variance is stated 1 + `LUCK`/trajectories times as large as
-    these show it.
+    entries only if `WORTH` asks for it.  The variance is stated 1 + `LUCK`/trajectories times as large
+    as these show it.
     """
     fitted = controlled(high, low, mean, explained[:, None], together)
     whole = controlled(high - explained, low, mean, None, together)
