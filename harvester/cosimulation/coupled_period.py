@@ -1,8 +1,8 @@
 """The periodic response of a mass and a load circuit to a steady drive: one path of ngspice, from period to period.
 
 A period is one short run of ngspice that begins with the node voltages, the coils' currents and the
-motion of a `CoupledState`, the end of the last one; `harvester.mechanics.periodic` continues from
-it to the one that comes back. For a circuit that remembers more the response does not come back in
+motion of a `CoupledState`, the end of the last one; `harvester.mechanics.periodic` finds
+the one that comes back. For a circuit that remembers more the response does not come back in
 the unbroken run that measures it, and is not used.  Initial conditions of its elements are those of
 a run from rest, and no period begins with them.
 

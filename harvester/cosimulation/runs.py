@@ -288,7 +288,7 @@ def _with_resistor(device: CoupledDevice) -> CoupledDevice:
 
 @contextmanager
 def compiled_beforehand(device: CoupledDevice) -> Iterator[None]:
-    """A worker compiles runs paired with a compiled circuit, while this process compiles the rest in the block."""
+    """A worker compiles runs' code for a compiled circuit, while this process compiles the rest."""
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.circuits.substeps import follow
 

@@ -133,7 +133,7 @@ FIELDS = {
             "event_rate",
             "excitation.event_rate",
             SHAKING,
-            "Shocks a second, such as 0.5 Hz",
+            "Shocks per second, such as 0.5 Hz",
             "Default: a single one.",
         ),
         Field(

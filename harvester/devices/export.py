@@ -237,8 +237,8 @@ def _device(problem: Problem, name: str) -> Iterator[str]:
 def _stops(problem: Problem) -> Iterator[_Contact]:
     """The stops of a scene; for a rigid one those that give its restitution coefficient r.
 
-    A linear contact that ends at its beginning keeps exp(-pi z/sqrt(1 - z^2)) of the speed, z its
-    damping ratio.
+    A linear contact that ends at the point where it began keeps exp(-pi z/sqrt(1 - z^2)) of the
+    speed, z its damping ratio.
     """
     scene = problem.scene
     modal = problem.scene.modal

@@ -20,19 +20,19 @@ from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError, MissingProgramError, SimulationError
 from harvester.presentation.diagnostic import note
 
-LEAST = 0.1  # of a budget, with less of which no further engine begins
+LEAST = 0.1  # part of a budget: if less is left, no further engine begins
 SHORTEST = 0.1  # s of a budget
 FINER_THAN_SAMPLING = 1e-4  # relative errors at which the density itself is cheaper than any sample
 
 
 class Cheapest(MonteCarloOptions, Engine):
-    """`Exact` if that supports the scene, `Averaged` if its own error allows it, else `Ensemble`.
+    """`Exact` if it supports the scene, `Averaged` if its own error allows it, else `Ensemble`.
 
-    For a netlist `Slow` for a chip, `Compiled` if ngspice would have no circuit of ideal elements
-    with it, and `Spice` for others, or if their stated error is too large.
+    For a netlist `Slow` for a chip, `Compiled` if no circuit of ideal elements can be paired with
+    ngspice, and `Spice` for others, or if their stated error is too large.
 
     If ``within`` is finer than sampling reaches in reasonable time, `Density` in place of
-    `Ensemble`, if it supports.
+    `Ensemble`, if it supports the scene.
 
     The answer is that engine's, and states why.  `Published` does not know the model error, and
     `Ideal` only after its run.
@@ -136,7 +136,7 @@ class Cheapest(MonteCarloOptions, Engine):
 
 
 def stands_alone(problem: Problem) -> bool:
-    """Whether runs of ngspice have no circuit of ideal elements with them, which makes them few.
+    """Whether runs of ngspice are not paired with a circuit of ideal elements, and so are few.
 
     Under a steady drive of one mode engine `Spice` finds periodic responses, and seeks others.
     """

@@ -105,9 +105,9 @@ class Ensemble(MonteCarloOptions, Engine):
     SEARCHES: ClassVar[bool] = True  # for other responses to a steady drive, from many starts
     MODEL_NOTE: ClassVar[str] = ""  # the code of a warning why an error of the model is not stated
     UNKNOWN: ClassVar[str] = ""  # what that error comes from
-    # whether it is measured before the effort is chosen, which it leaves less for
+    # whether that error is measured before the effort is chosen, for which less time is left
     JUDGED_FIRST: ClassVar[bool] = False
-    BEYOND: ClassVar[str] = ""  # the code of a warning that it is larger than what was asked for
+    BEYOND: ClassVar[str] = ""  # the code of a warning that the error is larger than the target
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:

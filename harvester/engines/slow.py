@@ -107,7 +107,7 @@ class Slow(Request, Engine):
         budget = number(self.budget)
         solution: SlowPower | None
         with compilation():
-            if budget is not None:  # which compiling is no part of
+            if budget is not None:  # which does not include compilation
                 self.quick(problem)
                 begin = time.perf_counter()
             deadline = None if budget is None else begin + budget

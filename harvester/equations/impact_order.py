@@ -12,10 +12,9 @@ density of impacts in ln u of u^a, with E[(r z)^-a] = 1, which is
     r^a 2 cos(pi (1 - a)/3) = 1,   a != 0
 
 with a = 2 for r = 1, and a < 0 below r = exp(-pi/sqrt 3) = 0.163, at which infinitely many impacts
-end
-in a finite time (Cornell, Swift and Bray, Phys. Rev. Lett. 81, 1142, 1998).  A step of h resolves
-no speed below sqrt(h): the energy that those impacts dissipate, u^2 each, is wrong by a part of
-order one, and the mean by
+end in a finite time (Cornell, Swift and Bray, Phys. Rev. Lett. 81, 1142, 1998).  A step of h
+resolves no speed below sqrt(h): the energy that those impacts dissipate, u^2 each, is wrong by a part
+of order one, and the mean by
 
     h^p,   p = 1 + a/2.
 """

@@ -2,9 +2,8 @@
 
 White noise of the base gives N1 = m G/4 however the mass moves (Ito's formula).  For a finite
 acceleration a the rest of the device receives E[a x'] - c E[x'^2] <= E[a^2]/(4 c), c being the
-least friction, and between two rigid stops with the room 2 D no more than D E|a'|, because E[a x']
-=
--E[a' x].  Derived in docs/model.md.  (Langley, J. Sound Vib. 333, 6521, 2014.)
+least friction, and between two rigid stops with the room 2 D no more than D E|a'|, because
+E[a x'] = -E[a' x].  Derived in docs/model.md.  (Langley, J. Sound Vib. 333, 6521, 2014.)
 """
 
 import math

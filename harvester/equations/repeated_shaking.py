@@ -1,8 +1,8 @@
 """The base's recorded acceleration or tabulated density in SI units, from a file or from a profile by its name.
 
 A single shock is one that repeats when the device has come to rest: when `LEFT` of a motion of the
-linear device without its stops and its load is left.  The rest with the load changes the energy
-of the next by twice that part.
+linear device without its stops and its load is left.  With the load the remaining motion changes
+the energy of the next by twice that part.
 """
 
 import math
@@ -25,7 +25,7 @@ LEFT, SMALLEST = 1e-4, 1e-12
 
 @dataclass(frozen=True)
 class Events:
-    """Shocks or steps that shake the base, ``rate`` of them a second.
+    """Shocks or steps that shake the base, ``rate`` of them per second.
 
     If a ``single`` one is meant, ``memory`` is the fraction by which its energy depends on the one
     before. ``briefest`` is the time scale of a shock's change in s: its duration, or half a turn of

@@ -100,8 +100,8 @@ def _crossing(p: float, q: float, k: float, gap: float, low: float, high: float)
 def impacts(t: Floats, y: Floats) -> list[int]:
     """The samples of the first impacts: lowest points with a corner, at which the speed jumps, up to the first without.
 
-    The jump is measured against the fastest speed nearby; a turning free swing has next to
-    none.
+    The jump is measured against the fastest speed nearby; at a turn of a free swing there is
+    next to none.
     """
     span = float(np.ptp(y))
     floor = float(np.quantile(y, 0.01))
@@ -200,8 +200,7 @@ def _grid(t: Floats, y: Floats, swing: float, sure: bool, quality: float) -> lis
     """The best points of a grid over frequency, place of rest and restitution for the first swings.
 
     The stop is at the lower end of the samples; the swings have the frequency of the device, or up
-    to
-    its double if the stop cuts them.  The start of the first flight is by linear least squares.
+    to its double if the stop cuts them.  The start of the first flight is by linear least squares.
     """
     low, high = float(y.min()), float(y.max())
     first = max(int(np.argmax(y < low + 0.1 * (high - low))), 4)

@@ -32,7 +32,7 @@ _STARTING = threading.RLock()
 SAFE = {"PYTHONSAFEPATH": "1"}
 # of the program that this one was forked from: never touched
 _OF_PARENT: list[Any] = []
-# what ends processes that nobody waits for, at the end of the program
+# functions that end processes that nobody waits for, at the end of the program
 _AT_END: list[Callable[[], object]] = []
 # bytes by which a worker may grow: each combination of effects that it compiles takes some
 GROWTH = "2e9"

@@ -11,9 +11,9 @@ another frequency: a way may begin with those of another one (`Secants`), and th
 three periods.
 
 For a state y only the slow parts ``slow`` @ y count in a residual, and each group of them relative
-to its size; the rest (nodes between diodes, say) follows.  If the way ends, the change by a period
-of a store that holds the energy of many periods is reported relative to the flow through
-it in one, for so far is its state from the fixed point's, relative to its size.  The remainder of
+to its size; the rest (nodes between diodes, say) follows.  If the way ends, the change in one
+period of a store that holds the energy of many is reported relative to the flow through it
+in one, for so far is its state from the fixed point's, relative to its size.  The remainder of
 the way is estimated by the next step of the same rule.
 
 That step leads only along the last periods.  For a change f(y) - y in any other direction nothing
@@ -157,9 +157,9 @@ class Settling:
     def unexplained(self, residual: Floats) -> float:
         """How far f(y) may be from the fixed point for the unexplained part of f(y) - y, relative to its size.
 
-        ``residual`` is as of `left`.  The part that changes explain is removed twice: once leaves a
-        part of the explained part, for none of them is believed altogether, and that part is within
-        the error of `left`.
+        ``residual`` is as of `left`.  The part that changes explain is removed twice: as none
+        of them is believed altogether, the first time leaves some of it, which is within the error
+        of `left`.
         """
         rest = residual
         for _ in range(2):

@@ -101,7 +101,7 @@ class Scope:
 
 @dataclass(frozen=True)
 class _Call:
-    """The call of a subcircuit: its path, its nodes without by the names of its terminals, and m of the call."""
+    """The call of a subcircuit: its path, its outer nodes by its terminals' names, and its m."""
 
     path: str
     outer: Mapping[str, str]

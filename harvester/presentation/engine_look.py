@@ -14,10 +14,9 @@ class EngineLook:
     """The look of one engine, in the words of matplotlib.
 
     ``line`` is a line style, or "none" for an engine that is drawn by its markers; ``width`` is for
-    wide lines, which are under thin ones so that engines that agree all show; ``order`` decides the
-    one
-    on top; ``paler`` is the fraction of white if its colour means something else.  With several
-    engines, the others are drawn over that of the largest ``trust``.
+    wide lines, which are under thin ones so that engines that agree all show; ``order`` decides
+    which is on top; ``paler`` is the fraction of white if its colour means something else.  With
+    several engines, the others are drawn over that of the largest ``trust``.
     """
 
     label: str

@@ -188,7 +188,7 @@ def _registry() -> Any:
 
     try:
         return pint.UnitRegistry()
-    except TypeError as error:  # pint takes lines that memory did not suffice to read for units
+    except TypeError as error:  # pint's error if memory ends while it reads its units
         raise MemoryError from error
 
 

@@ -63,7 +63,7 @@ def check_together(given: Callable[[str], bool]) -> None:
         for key, other in itertools.product(keys, others):
             if given(key) and given(other):
                 raise InputError(
-                    f"{key} must be left out, as {other} is given, but both are given{remedy}"
+                    f"{key} must be left out if {other} is given, but both are given{remedy}"
                 )
 
 

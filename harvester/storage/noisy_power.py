@@ -50,7 +50,8 @@ WIDER = 1.25
 PAIRS = 6
 ROUGHER = 4.0
 DIRECT = 50.0  # time constants of the mass of the direct run
-# times the first measurement, that all of it takes; the least share of runs and direct time in a short budget
+# duration of the whole over that of the first measurement; least fraction of runs and direct time
+# in a short budget
 WHOLE, LEAST_SHARE = 50.0, 0.2
 # of the rectifier's energy: what a chip passes on at least, for the part that it differs by
 LEAST = 0.1

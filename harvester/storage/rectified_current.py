@@ -28,8 +28,8 @@ from scipy.interpolate import PchipInterpolator
 from harvester.arrays import Floats
 
 FINE, STEPS = 4001, 2000  # voltages of a quadrature; steps of a random path up to its mean time
-TINY = 1e-9  # a decay within a step that is none
-LONGER = 3.0  # times the mean time, that random paths are followed
+TINY = 1e-9  # a decay within a step that counts as 0
+LONGER = 3.0  # duration of random paths over the mean time
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 The slow circuit runs from empty until its mean power changes no more.  Its errors are measured: by
 the rectifier's current at twice the step and at half of the voltages, by slow steps of twice the
 length and a larger tolerance, and by a direct run of mass and circuit from rest, on the same
-shaking, of `DIRECT` time constants of the mass.  Its difference is added to the mean (two
-levels), and is the error of the separation of time scales.  If it differs by more than
+shaking, of `DIRECT` time constants of the mass.  The difference of the latter is added to the mean
+(two levels), and is the error of the separation of time scales.  If it differs by more than
 `LARGEST_SEPARATION` a longer direct run replaces the slow one.  The difference of compiled circuits
 from ngspice (`error_of_circuit`) is applied to the rectifier's current, with its effect in the
 slow circuit, and to the power again.
@@ -38,9 +38,10 @@ DIRECT, LONGER = 150.0, 4.0
 # of the mean power: a difference from the direct run above which the scales are not apart
 LARGEST_SEPARATION = 0.05
 ROUGHER = 4.0  # times the tolerance, beside slow steps of twice the length
-# slow runs of all errors beside the first one, at twice the step; the longest steps of a short budget
+# slow runs for errors in addition to the first one, at twice its step; most times the step in a
+# short budget
 OTHERS, COARSEST = 5, 8.0
-PILOT = 0.02  # of a run, that tells what it takes
+PILOT = 0.02  # part of a run by which its duration is predicted
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,8 @@ class SlowPower:
     """Mean ``power`` (W) and the piezo's mean ``square`` voltage (V^2), with their errors.
 
     ``changed`` is the relative change of the mean power from one part of the run to the next,
-    ``separation`` that of the direct run over ``direct`` seconds, which is added to the mean
-    already, or which it replaces if ``scales_apart`` is False.  ``load`` is that of `of_load`.
+    ``separation`` the difference of the direct run over ``direct`` seconds from the slow one, which
+    is added to the mean already, unless ``scales_apart`` is False.  ``load`` is that of `of_load`.
     """
 
     power: Value

@@ -4,8 +4,8 @@ From the store              P = V I(V)
 chip, store at its input    P = eta max V (I(V) - I_own)    from the voltage at which its output
                                                             ends to that at which it begins: the
                                                             heaviest load that it always
-                                                            carries, the voltage at which the store
-                                                            settles
+                                                            carries, at the voltage at which the
+                                                            store settles
 
 A heavier load is on in cycles and draws less.  The heaviest has eta (V_rise^2 - V_fall^2)/2 / int
 dV/(I(V) - I_low), the energy of a cycle over the time in which the store charges.

@@ -3,8 +3,8 @@
 Each run looks when the chip does: its input, a capacitor of `INPUT`, is left alone for the time of
 a look, from the voltage at which it was held, and is then held at the chip's ratio of the voltage
 that it came to.  The charge that the held input gains goes to the store, and the charge that the
-look brought above that voltage.  The same runs with an input always held by the mean current are
-corrected (two levels).
+look brought above that voltage.  The same runs with an input always held, at the voltage that the
+mean current determines, are corrected (two levels).
 
 For a long period the first `FADED` time constants of the mass are run, after which the look is
 forgotten; for the rest the input gains the mean current at its voltage.

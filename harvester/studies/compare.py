@@ -82,7 +82,7 @@ class Comparison(TableResult):
     Attributes
     ----------
     estimates : tuple of Estimate
-        an `Estimate` of each engine that supported.
+        an `Estimate` of each engine that supports the scene.
     refused : dict
         the other engines by name, with the reason.
     paths : tuple of PathComparison

@@ -55,7 +55,7 @@ class Densities(TableResult):
     displacement_mean, displacement_rms, velocity_rms, voltage_rms : Value
         each a `Value` (m, m/s, V).
     impact_rate : Value or None
-        a `Value`, impacts a second; None without a stop and if impacts accumulate.
+        a `Value`, impacts per second; None without a stop and if impacts accumulate.
     hop_rate : Value or None
         a `Value`: hops a second from one well to the other, either way, without those that are
         reversed before mass and load have forgotten their origin; None without two wells
@@ -72,10 +72,10 @@ class Densities(TableResult):
         the density of displacement and velocity, shape (k, k), at every fourth of their places.
     plane_displacement, plane_voltage, voltage_plane, voltage_plane_stderr : ndarray or None
         the density of displacement and voltage, shape (n, n), counted on a path in bins with these
-        centres, shape (n,), and its standard error; None without a load, if the voltage is the
+        centres, shape (n,), and its standard error; None without a load: the voltage is then the
         displacement.
     impact_speed, impact_density : ndarray or None
-        speeds at the stop (m/s), and the impacts a second and a unit of speed; None without a stop.
+        speeds at the stop (m/s), and the impacts per second and unit of speed; None without a stop.
     largest_error : float
         the largest difference of a density over its peak, of the worst curve: by a coarser mesh,
         and of the voltage by half the terms of the series of Gram and Charlier that gives it.

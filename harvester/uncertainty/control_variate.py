@@ -51,8 +51,7 @@ def controlled(
     """The estimate of E[high] from pairs, shape (n,) each, n >= 8, and an independent ``mean`` of low.
 
     Each half of the pairs uses the weight that the other half determines (least squares), so that
-    it
-    is independent of the entries it weighs: no bias.  ``controls`` of mean zero, shape (n,
+    it is independent of the entries it weighs: no bias.  ``controls`` of mean zero, shape (n,
     columns), are weighed next to low; ``together`` consecutive entries are of one trajectory
     (`harvester.uncertainty.controls`).
     """
@@ -99,10 +98,9 @@ def explained_and_controlled(
         E[high] = E[high - explained - a low] + a E[low]
 
     It is subtracted unchanged: few entries cannot distinguish it from low, and would weigh both
-    badly
-    (eight runs of a bridge with a stop that doubles the variance).  It is weighed by the entries
-    only if `WORTH` asks for it.  The variance is stated 1 + `LUCK`/trajectories times as large as
-    these show it.
+    badly (eight runs of a bridge with a stop that doubles the variance).  It is weighed by the
+    entries only if `WORTH` asks for it.  The variance is stated 1 + `LUCK`/trajectories times as large
+    as these show it.
     """
     fitted = controlled(high, low, mean, explained[:, None], together)
     whole = controlled(high - explained, low, mean, None, together)

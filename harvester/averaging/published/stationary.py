@@ -5,7 +5,8 @@ K(A) changes, so that at a displacement y the energy rises with A as
 
     J(A, y) = g(A) + K'(A) (A^2 - y^2)/2
 
-and the paper keeps g(A) of it.  With J and the orbit's own period T each density integrates to one.
+and the paper keeps its first term, g(A).  With J and the orbit's own period T each density
+integrates to one.
 """
 
 import math

@@ -16,7 +16,7 @@ An impact reduces E to r^2 E; between impacts noise adds energy at a steady rate
 average is midway, hence (1 - r^2)/(1 + r^2) instead of the published 1 - r.  The slow voltage
 pushes the mass: its mean at each amplitude enters the orbits' potential.  Both scales have lines of
 finite width: a harmonic n w of x that dies out at the rate n c/2 gives n^2 w^2/(n^2 w^2 + mu^2 + n
-c mu), and nothing slow is faster than the cycle, which multiplies the slow part by 1 - 1/(1 +
+c mu), and nothing slow is faster than the cycle, which multiplies the slow part by 1/(1 +
 (mu/2w)^2).
 """
 

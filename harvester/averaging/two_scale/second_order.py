@@ -48,9 +48,9 @@ def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Float
 def amplified(friction: Floats, exchange: Floats) -> Floats:
     """The factor on a stated error if the damping is negative and ``friction``, its share of the energy, feeds.
 
-    Impacts and load then dissipate the energy of friction and noise.  A relative error of the
-    dissipated energy is left to the noise alone, whose fraction in a cycle is ``exchange``: 1 +
-    max(-friction, 0)/exchange times as large.
+    Impacts and load then dissipate the energy of friction and noise.  The noise alone balances an
+    error of the dissipated energy, and gives the fraction ``exchange`` in a cycle, so that the
+    relative error is 1 + max(-friction, 0)/exchange times as large.
     """
     return np.asarray(1.0 + np.maximum(-friction, 0.0) / exchange)
 

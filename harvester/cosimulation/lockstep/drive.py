@@ -72,7 +72,7 @@ class Drive:
         the path at the samples, shape (n, 5); the voltage (V) of the load's Csmooth there; time and
         velocity of each impact.
     kicked
-        ahead of each kick x, x', V and the voltage of Csmooth, and the energy of the load
+        ahead of each kick x, x', V and the voltage of Csmooth, and the energy into the load
         (J), shape (kicks, 5). If the run ``follows`` another, by that field of the state, this
         begins as the other's record: the force on the mass is that of its voltages, and so the
         motion is the same.

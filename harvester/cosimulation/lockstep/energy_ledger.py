@@ -28,7 +28,7 @@ from harvester.mechanics.kernels.stored_energy import spring_energy
 
 @inlined
 def add_terminal_flow(s, p):
-    """Add the energy (J) that passed the terminals and of the load, and the square of the voltage (V^2 s)."""
+    """Add the energies (J) through the terminals and into the load, and V^2 over time (V^2 s)."""
     if s.measuring == DURING:
         half = 0.5 * (p.t - s.t)
         s.load += half * (s.power + p.power)

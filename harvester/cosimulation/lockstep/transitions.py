@@ -170,7 +170,7 @@ def reached(s, p):
 
 @inlined
 def keep_kick(s, V, smooth, row):
-    """Put the states ahead of a kick on record, and return the acting voltage: that of its record, or V."""
+    """Record the states ahead of a kick; return the acting voltage, that of its record or V."""
     force = row[2] if s.follows == 1 else V
     row[0] = s.x
     row[1] = s.v

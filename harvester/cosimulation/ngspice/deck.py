@@ -185,7 +185,7 @@ def integration_options(
 
     ``reltol`` is ngspice's relative tolerance, for steps of its own.  Its absolute tolerances scale
     with the signal's size ``volts``, so that a microvolt is as precise as a kilovolt; at 20 V on 50
-    nF they are ngspice's defaults. That of a charge is no less than the rounding of the
+    nF they are ngspice's defaults. That of a charge is no less than the rounding error on the
     capacitor ``smoothing`` (F): next to one of a farad ngspice would make shorter and shorter
     steps.
 

@@ -235,7 +235,7 @@ API fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], s
     return fmi3OK;
 }
 
-/* What this kind of unit has not. */
+/* Functions that this kind of unit lacks. */
 #define REFUSE(NAME, ...) \
     API fmi3Status fmi3##NAME(fmi3Instance c, __VA_ARGS__) { return fmi3Error; }
 #define REFUSE_ALONE(NAME) \

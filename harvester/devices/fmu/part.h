@@ -1,4 +1,4 @@
-/* A device as a part of a functional mock-up unit: what the interfaces of FMI 2.0 and 3.0 share.
+/* A device as a part of a functional mock-up unit: the common part of the interfaces FMI 2.0 and 3.0.
 
    The physics is in harvester_part, which is compiled from the package's own kernels; here are only the bookkeeping of
    variables, units, states and times.  model.h is written for each scene. */
@@ -10,10 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BEGIN, ADVANCE, STOPPING, JUMP, READ };                /* harvester/mechanics/part/state.py */
+enum { BEGIN, ADVANCE, STOPPING, JUMP, READ };                /* harvester/mechanics/part/part_state.py */
 enum { DONE, EVENT, FAILED };
-enum { PARAMETER, TUNABLE, INPUT, OUTPUT, TIME };             /* what a variable is */
-enum { CREATED, INITIALISING, RUNNING, AT_EVENT, ENDED };     /* where an instance stands */
+enum { PARAMETER, TUNABLE, INPUT, OUTPUT, TIME };             /* kinds of variables */
+enum { CREATED, INITIALISING, RUNNING, AT_EVENT, ENDED };     /* phases of an instance */
 enum { FLOAT, INTEGER };
 #define MOST_STEPS 1e9 /* inner ones in a communication step: some minutes */
 
@@ -21,7 +21,7 @@ typedef struct {
     const char *name;
     int kind, type;
     double start, least, most;
-    int output, unit; /* of an output: its place in what READ reports, and the number that is its unit */
+    int output, unit; /* of an output: its place in the report of READ, and the number that is its unit */
 } Variable;
 
 /* A number of the compiled part is `base` times the product of (variable/start)^power over its terms. */
@@ -31,7 +31,7 @@ typedef struct { int number, variable; double power; } Term;
 
 long long harvester_part(long long what, double *numbers, double *w, uint64_t *words, double *out, double until);
 
-typedef struct { /* all that a state is: saved and restored as it stands */
+typedef struct { /* the whole state, as it is saved and restored */
     double v[VARIABLES];
     double numbers[NUMBERS];
     double w[STATE_SIZE];
@@ -120,7 +120,7 @@ static int begin(Part *part) {
     return 1;
 }
 
-/* Numbers of what acts now: inputs, which are held or go in a straight line from the present time on. */
+/* Numbers of the present actions: inputs, which are constant or linear in time from now on. */
 static void inputs(Data *d) {
     double since = (d->time - d->origin) * FREQUENCY;
     d->numbers[N_A] = -d->v[V_BASE] / d->numbers[N_ACCELERATION];
@@ -172,7 +172,7 @@ static int set_value(Part *part, int k, double x) {
     return FINE;
 }
 
-/* Go by a step to t + h; `stop`: to the next impact, if that is earlier. DONE, EVENT or FAILED, with words. */
+/* Advance by a step to t + h; `stop`: to the next impact, if that is earlier. DONE, EVENT or FAILED, with words. */
 static int step(Part *part, double t, double h, int stop) {
     Data *d = &part->data;
     if (!(h > 0.0) || !isfinite(h)) {

@@ -80,7 +80,7 @@ def ideal_elements(problem: Problem, load: "LoadCircuit") -> "IdealCircuit | Non
 
 
 def _bears_compiled(eqs: Equations) -> bool:
-    """Whether a compiled circuit may be paired: for one mode, and no excitation that makes the response periodic."""
+    """Whether a compiled circuit may be paired: one mode, and no periodic response."""
     return eqs.modes is None and (eqs.shaking_period is None or eqs.is_random)
 
 
@@ -181,7 +181,7 @@ def settled_starts(
     """The burn-in of runs that begin in states of the circuit of ideal elements, and these states.
 
     It is `MEMORIES` of the response or of the charging: the circuits differ by little, and controls
-    receive the rest.
+    remove the rest.
     """
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.burn_in import memory

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.runs import CoupledDevice, Start
 
-# how many, how many tell a difference, and the nondimensional time that each averages over
+# runs, the fewest that give a difference, and the nondimensional time that each averages over
 RUNS = 8
 FEWEST = 3
 AVERAGED = 64.0
@@ -45,12 +45,12 @@ def difference_from_ngspice(
     Runs begin in states of the circuit's own trajectories of the step ``h``, and ``settling`` is
     left out of each. Both move as the compiled circuit lets the mass move, so that they stay
     together near a stop; how the mass answers to the difference is left out, which is of the size
-    of the coupling times it.  A store that charges for longer than the runs last has come to a
-    part of its difference, 1 - exp(-t/(R C)), by which the difference is divided.
+    of the coupling times it.  If a store charges for longer than the runs last, only the part
+    1 - exp(-t/(R C)) of its difference has developed, and the difference is divided by it.
 
-    Half of the runs do if they show that the load's power differs by less than ``enough``, and
-    those that have ended in `SHARE` of the budget.  Empty if ngspice is missing or gives no answer, or if
-    these are fewer than `FEWEST`.
+    Half of the runs are enough if they show that the load's power differs by less than ``enough``.
+    Runs that have not ended in `SHARE` of the budget are left out.  Empty if ngspice is
+    missing or gives no answer, or if fewer than `FEWEST` are left.
     """
     circuit, device = _beside(problem, h)
     budget = number(options.budget)

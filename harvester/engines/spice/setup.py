@@ -40,7 +40,7 @@ READING = 0.4  # nondimensional time between readings: V^2 varies on the scale o
 
 @dataclass(frozen=True)
 class SpiceSetup:
-    """The simulation, and its known part before it.
+    """The simulation, and the facts that are known before it runs.
 
     ``burn_in`` is nondimensional; ``pair`` is the cheap model of the same device, settled, which
     makes the same steps (None if no circuit of ideal elements is possible); ``seconds`` is the time

@@ -42,7 +42,7 @@ LARGEST = 1e100
 
 
 class Loaded(Protocol):
-    """The needs of `harvester.mechanics.ensemble.trajectories` for a pair of mechanics and load.
+    """A pair of mechanics and load, as `harvester.mechanics.ensemble.trajectories` needs it.
 
     ``rows`` are those of states, ``sums`` those that a run adds up, ``martingales`` those of its
     controls.  A state beyond ``largest`` grows without bound.  ``is_dear``: a step costs as much as

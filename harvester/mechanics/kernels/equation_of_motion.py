@@ -123,8 +123,8 @@ def carried(V, way, t, mu):
 def push(x, V, c, pull=None, a=None):
     """Acceleration pull + a - beta (V - x) that a mass will have when it meets the stop, a distance x away.
 
-    ``pull`` is the spring's there, None at rest, ``a`` the excitation's.  0 with white noise: it is
-    small.
+    ``pull`` is the spring's there, None at rest, ``a`` the excitation's.  0 with white noise,
+    compared with which it is small.
     """
     total = 0.0
     if c.n1 is None:

@@ -8,9 +8,9 @@ multiple of
 
     v P(a),   P(a) = (1 - exp(-mu a))/mu        (`harvester.mechanics.kernels.equation_of_motion.drift`)
 
-with a = x1/v, a division as slow as ten other operations, and a series P.  If white noise
-moves the mass, all places of an impact in a step are equally likely, and the straight line that is
-nearest to P over them by least squares,
+with a = x1/v, which needs a division, as slow as ten other operations, and P a series.  If white
+noise moves the mass, all places of an impact in a step are equally likely, and the straight line that
+is nearest to P over them by least squares,
 
     v P(a) ~ first v + slope x1
 

@@ -61,8 +61,9 @@ def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> flo
     Noise of a band asks for its upper end; a harmonic drive of a sharp resonance of loss c asks
     for 0.2/sqrt(c): the step h detunes it by a part h^2/24, which is then a hundredth of its width.  A friction that
     feeds energy at a rate c asks for c h up to `MOST_FED`: from 1 on a kick would remove energy in
-    its place.  Strong impacts under white noise, whose bias falls slowly, ask for `IMPACTS` times
-    as many steps. Among further modes the highest asks for `STEP_OF_HIGHEST`, or for `AT_STOP`.
+    its place.  Strong impacts under white noise, whose bias falls slowly with the step, ask for
+    `IMPACTS` times as many. Among further modes the highest asks for `STEP_OF_HIGHEST`, or for
+    `AT_STOP`.
     """
     linear, alpha2, alpha = eqs.spring
     soft = abs(alpha2) + (eqs.softening or 0.0)
@@ -94,7 +95,7 @@ def chatter(pressure: float, n1: float | None, v2: float) -> float:
     """Frequency that the step must resolve if noise keeps a mass bouncing that the spring presses on a stop.
 
     w^2 = F^3/(10 N1 v) for a spring's acceleration F = ``pressure`` there, with v^2 = ``v2`` = E[x'^2], but v at least
-    N1/F, the value by noise for a mass that bounces no more.  As the spring acts in kicks, each
+    N1/F, which noise gives to a mass that bounces no more.  As the spring acts in kicks, each
     bounce is off by up to F v h in energy, and so many random errors heat the mass: by a part F^3
     h^2/(10 N1 v), or so, which is 1 % at h = 0.1/w.
     """

@@ -75,8 +75,8 @@ class Schedule(NamedTuple):
     """``samples`` times ``stride`` steps.
 
     A draw of random bits is the noise of two steps, and ``stride`` even; or of one step, after ``doublings`` of it.  By
-    ngspice's rule the state is that of a sample in mid-drift, to which ngspice has ``landed``, and
-    continues there.
+    ngspice's rule the state is that of a sample in mid-drift, at which ngspice has ``landed``, and
+    continues from there.
     """
 
     samples: int

@@ -244,8 +244,8 @@ class ModalMotion:
     def boundary(self, states: Floats, eqs: Equations, circuit: int | None = None) -> Floats:
         """The functions of states, shape (rows, count), whose changes are controls.
 
-        With a resistor z.P z, shape (1, count); with a circuit, whose row ends those
-        states, `boundary_functions`.
+        With a resistor z.P z, shape (1, count); with a circuit, whose states end
+        before the row ``circuit``, `boundary_functions`.
         """
         from scipy.linalg import solve_continuous_lyapunov
 

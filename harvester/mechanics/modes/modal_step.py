@@ -4,14 +4,14 @@
     kick    y_j' = v_j,  v_j' = -d_j v_j - k_j y_j - e_j F - beta s_j V + g_j (a + noise)    (y and V held; ball: -pull)
 
 The stops are those of one mode, on the contact coordinate w
-(`harvester.mechanics.kernels.offset_stops.move`), if it begins without voltage, with m =
+(`harvester.mechanics.kernels.offset_stops.move`), which begins without voltage, with m =
 phi/(phi.phi), e = exp(-mu h) and g = (1 - e)/mu:
 
     (w1, w1', U) = move(w, w', 0)
     y += h v + m (w1 - w - h w'),   v += m (w1' - w'),   V <- e V + g s.v + (s.m) (U - g w')
 
 All of a lane i is in one array z, shape (rows x BATCH,): row j is y_j, row n + j is v_j, row 2 n is
-V, and those from there on are those that a kernel adds up.  Places that differ by constants are
+V, and from there on are the sums of a kernel.  Places that differ by constants are
 known to the compiler not to be the same, so that loops over lanes become vector instructions; in
 several arrays a step lasts three to five times as long.
 
@@ -200,7 +200,7 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     """The kick if the oscillator's friction f damps all coordinates, by the mean of the speeds before and after.
 
     (1 + Y/2) v1 = (1 - Y/2) v + dv with Y/2 = diag(b) + f h/2 e e^T, whose inverse is that of the diagonal but for one
-    direction (Sherman and Morrison); stable at any damping.  Quadratic damping is by the mean speed
+    direction (Sherman and Morrison); stable at any damping.  Quadratic damping uses the mean speed
     along e, e^T (1 + diag(b)/2)^-1 (v + dv/2) over 1 + f h/2 e^T (1 + diag(b)/2)^-1 e.
     """
     speeds = len(c.k) * BATCH + i

@@ -69,7 +69,7 @@ def charge(
     engine : str, optional
         "slow", "ideal", "compiled" or "spice"; None: "slow" for a store of 1000 times the piezo's
         capacitance or more, unless its charge is not slow compared with the vibration, else "ideal"
-        if that supports, else "spice".
+        if that supports it, else "spice".
     duration : float or str, optional
         how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0); None: until
         all have arrived, but at most five time constants of store and load.  With it, "spice" also

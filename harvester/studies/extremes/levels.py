@@ -56,7 +56,7 @@ def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -
     """The levels that |displacement| and |voltage| in a linear scene stay below over a lifetime with a probability.
 
     And the piezo's strain if the scene has its piezo.strain_per_displacement.  In the scene's
-    units; the error is up to levels at which every passage counts alone
+    units; the error is the distance to the levels at which every passage counts alone
     (`harvester.linear.level_crossings`). Under a sinusoid alone they are the amplitudes, whatever
     the lifetime.
 

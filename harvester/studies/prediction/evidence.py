@@ -23,7 +23,9 @@ RESONANCE = "open_circuit_frequency"
 NAMES = (OPEN, LOADED, RESONANCE)
 METER = {OPEN: 0.025, LOADED: 0.05, RESONANCE: 0.003}  # relative errors of a measurement
 MODEL_SHARE = {OPEN: 0.5, LOADED: 1.0, RESONANCE: 0.0}  # exponent of the model error of a power
-LEAST_SHARE = 50.0 / 8192.0  # of devices in effect, below which the points are hardly possible
+LEAST_SHARE = (
+    50.0 / 8192.0
+)  # effective share of devices, below which the points are hardly possible
 
 
 def read_points(points: Mapping[str, str]) -> dict[str, DataSheetPoint | float]:

@@ -56,8 +56,8 @@ def compute_table(
     same sweep and computes the others, also those that failed.  A point that fails is a row with
     its error.  Whoever computes, the answers are the same, but for their seconds, and for the values that a
     budget makes of these.  The progress is reported the rows of each engine.  A ``budget`` (s) is
-    that of all rows together; ``in_place_of``: for which formulas an engine is used.  Each point has
-    independent noise, or with ``common_noise`` all have that of the engine's seed.  The engine
+    that of all rows together; ``in_place_of``: the formulas that an engine replaces.  Each point
+    has independent noise, or with ``common_noise`` all have that of the engine's seed.  The engine
     named ``check`` runs at few points only: a third of them, at most `CHECKS`, and one if it is
     ngspice.
 

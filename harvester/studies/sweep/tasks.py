@@ -125,7 +125,7 @@ def _seeds(engine: Engine, points: Sequence[int]) -> tuple[int, ...] | None:
 def _at_once(
     engine: Engine, scene: Scene, points: Points, first: int, alone: bool
 ) -> tuple[int, bool]:
-    """How many points an engine computes at once from the first on, and if it continues."""
+    """How many points an engine computes at once from the first on, and whether it continues."""
     if engine.is_formula:
         return BATCH, False
     if len(points) == 1:

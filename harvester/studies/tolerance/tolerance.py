@@ -50,7 +50,7 @@ def tolerance(
     scene : Scene or path
         a `Scene`, or the path of a scene file.
     vary : mapping or list of str
-        keys and their spreads, such as "10%", "0.94:.98", "E24:5%", "normal:2%", "triangular:10%"
+        keys and their spreads, such as "10%", "0.94:0.98", "E24:5%", "normal:2%", "triangular:10%"
         or a measured list "1.1,1.3,1.2"; or a list of texts KEY=SPREAD.
     limits : list of str or str, optional
         texts such as "mean_power > 5 uW" of mean_power, mean_square_voltage or voltage_rms, and of

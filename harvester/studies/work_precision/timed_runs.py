@@ -36,7 +36,7 @@ NGSPICE = 0.3
 CALLS = 5  # of a formula after its first
 FEWEST = 256  # trajectories that measure a bias
 SHORTEST = 0.1  # s of a budget
-CUT = "ngspice_left_out", "mean_while_settling"  # warnings of runs that ended before ngspice's did
+CUT = "ngspice_left_out", "mean_while_settling"  # warnings that ngspice had not ended
 
 
 @dataclass(frozen=True)

@@ -217,12 +217,12 @@ acceleration_psd = 0.01
         ("inertia_x2 = 1.0", "", '[load]\nnetlist = "bridge"', "oscillator.inertia_x2 must be"),
         ("", "coupling_x2 = 2.0", '[load]\nnetlist = "bridge"', "piezo.coupling_x2 must be"),
         ("", "loss_tangent = 0.02", '[load]\nnetlist = "bridge"', "piezo.loss_tangent must be"),
-        ("", "coupling_x2 = 2.0", "[stop]\nrestitution = 0.5", "as stop is given"),
+        ("", "coupling_x2 = 2.0", "[stop]\nrestitution = 0.5", "if stop is given"),
         (
             "inertia_x2 = 1.0",
             "",
             "[ball]\nmass = 1e-3\nroom = 1e-2\nrestitution = 0.5",
-            "as ball is given",
+            "if ball is given",
         ),
     ],
 )
