@@ -42,6 +42,8 @@ def check_shaking(table: SceneTable, amplitude: str, frequency: str, noise: str)
 # keys that equations have with one mode, without a stop, or with a load resistance only
 ONE_MODE = ("oscillator.inertia_x2", "piezo.coupling_x2")
 NO_STOP = ("piezo.coupling_x2",)
+# with a compliant stop, or two, the contact is computed for a mass that stays
+ONE_RIGID_STOP = ("oscillator.inertia_x2",)
 RESISTANCE_ONLY = (*ONE_MODE, "piezo.loss_tangent")
 
 
@@ -54,6 +56,7 @@ def check_together(given: Callable[[str], bool]) -> None:
     for keys, others, remedy in (
         (ONE_MODE, modes, ""),
         (NO_STOP, ("stop", "opposite_stop"), ""),
+        (ONE_RIGID_STOP, ("stop.stiffness", "opposite_stop"), ""),
         (
             RESISTANCE_ONLY,
             ("load.netlist",),

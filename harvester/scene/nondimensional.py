@@ -101,6 +101,11 @@ class Nondimensional(SceneTable):
         return self.correlation_time is not None or self.bandwidth is not None
 
     def _check_stops(self) -> None:
+        for key in ("stop_stiffness", "opposite_restitution"):
+            if self.inertia and getattr(self, key) is not None:
+                raise InputError(
+                    f"nondimensional.inertia must be left out if {key} is given, but both are given"
+                )
         stop = self.restitution is not None or bool(self.stop_stiffness)
         for key, whole in (("gap", stop), ("opposite_gap", self.opposite_restitution is not None)):
             if getattr(self, key) is not None and not whole:

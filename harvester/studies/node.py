@@ -594,7 +594,9 @@ def _live(
         else None,
         **_intervals(every, reading.between),
         **outage,
-        answer=_answer(run, packets, limit, first, days, outage.get("lasts")),
+        answer=_answer(
+            run, packets, limit, first=first, days=days, outage=outage, courses=reading.courses
+        ),
         diagnostics=(limit_note, *change, *larger),
     )
 
@@ -640,10 +642,23 @@ def _of_outage(
 
 
 def _answer(
-    run: NodeRun, packets: Value, limit: str, first: Value | None, days: float, lasts: Value | None
+    run: NodeRun,
+    packets: Value,
+    limit: str,
+    *,
+    first: Value | None,
+    days: float,
+    outage: dict[str, Any],
+    courses: list[NodeCourse],
 ) -> Diagnostic:
-    """The note that states in one line whether the node keeps its interval, and its packets per day."""
-    sent = _SENT.get(limit, "in part")
+    """The note that states in one line whether the node keeps its interval, and its packets per day.
+
+    It keeps it if it stops in none of the ``courses``; ``outage`` has the fields of one.
+    """
+    lasts: Value | None = outage.get("lasts")
+    survived: Value | None = outage.get("share_survived")
+    stops = any(course.brown_outs for course in courses)
+    sent = "in part" if stops else _SENT.get(limit, "in part")
     begins = first.value if first is not None else 0.0 if packets.value else None
     return note(
         "node_answer",
@@ -655,6 +670,8 @@ def _answer(
         days=days,
         outage=run.outage,
         lasts=None if lasts is None else lasts.value,
+        lasts_error=None if lasts is None else lasts.known_error95,
+        survived=None if survived is None else survived.value,
         longest=lasts is not None and lasts.value >= LASTS * (run.outage or 0.0) * ALMOST,
     )
 

@@ -88,6 +88,8 @@ SIGNED = st.floats(-1e6, 1e6).filter(lambda v: abs(v) > 1e-6)
 def test_round_trip(eqs, stops, device):
     """To a device and back at the same length: the same numbers to 1e-12, absent ones absent."""
     eqs = dataclasses.replace(eqs, **stops)
+    if eqs.stop_stiffness or eqs.opposite_restitution is not None:  # scenes refuse both together
+        eqs = dataclasses.replace(eqs, inertia=None)
     scene = physical(eqs, device)
     back = equations(scene, device.length)
     assert back.effects == eqs.effects

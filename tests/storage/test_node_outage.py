@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 import harvester as hv
 from harvester.cli import cli
+from harvester.presentation.diagnostic import note
 from harvester.storage.node_run import NodeRun
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.supply import chip_of
@@ -134,3 +135,33 @@ def test_the_energies_are_those_of_the_store(clamp):
     stored = 0.5 * 470e-6 * course.left.volts**2
     spent = course.used + course.clamped + course.leaked + stored
     assert course.given == pytest.approx(spent, rel=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("lasts", "error", "survived", "verdict"),
+    [
+        (7300.0, 50.0, None, "yes"),
+        (7300.0, 200.0, None, "uncertain"),
+        (7100.0, 200.0, None, "uncertain"),
+        (7000.0, 50.0, None, "no"),
+        (7300.0, 50.0, 0.6, "in 60% of cases"),
+        (7300.0, 50.0, 1.0, "yes"),
+    ],
+)
+def test_the_answer_of_an_outage_has_its_error(lasts, error, survived, verdict):
+    """A mean time within its own error of the outage was a yes or a no."""
+    answer = note(
+        "node_answer",
+        sent="all",
+        per_day=8640.0,
+        error=0.0,
+        interval=10.0,
+        begins=0.0,
+        days=1.0,
+        outage=7200.0,
+        lasts=lasts,
+        lasts_error=error,
+        survived=survived,
+        longest=False,
+    )
+    assert f"an outage of 2 h: {verdict}, the storage lasts" in str(answer)

@@ -24,6 +24,8 @@ def _node_answer(
     days: float,
     outage: float | None,
     lasts: float | None,
+    lasts_error: float | None,
+    survived: float | None,
     longest: bool,
 ) -> str:
     """Whether a node sends all of its packets, and whether it outlasts an outage."""
@@ -38,7 +40,16 @@ def _node_answer(
     if outage is None or lasts is None or begins is None:
         return text
     said = "longer than " * longest + clock(lasts)
-    return f"{text}; an outage of {clock(outage)}: {'yes' if lasts >= outage else 'no'}, the storage lasts {said}"
+    return f"{text}; an outage of {clock(outage)}: {_verdict(lasts - outage, lasts_error or 0.0, survived)}, the storage lasts {said}"
+
+
+def _verdict(longer: float, error: float, survived: float | None) -> str:
+    """Whether a storage outlasts an outage: by its mean time, or in a part of the cases under noise."""
+    if survived is not None and 0.0 < survived < 1.0:
+        return f"in {survived:.0%} of cases"
+    if abs(longer) < error:
+        return "uncertain"
+    return "yes" if longer >= 0.0 else "no"
 
 
 MESSAGES = {

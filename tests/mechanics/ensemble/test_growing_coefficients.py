@@ -231,3 +231,31 @@ def test_a_scene_that_no_equations_have_is_refused(oscillator, piezo, rest, name
     text = DEVICE.format(oscillator=oscillator, piezo=piezo, rest=rest)
     with pytest.raises(hv.InputError, match=named):
         hv.loads(text)
+
+
+@pytest.mark.parametrize(
+    "stops",
+    [
+        {"stop_stiffness": 50.0, "gap": 1.0},
+        {"restitution": 0.9, "gap": 1.0, "opposite_restitution": 0.8, "opposite_gap": 1.0},
+    ],
+)
+def test_a_mass_that_grows_has_no_other_stop_than_a_rigid_one(stops):
+    """The contact was computed for the mass at rest: the power balance was 12.8 % off."""
+    with pytest.raises(hv.InputError, match=r"inertia must be left out if \w+ is given"):
+        hv.Nondimensional(beta=0.05, mu=1.0, D11=0.01, inertia=0.5, **stops)
+
+
+@pytest.mark.parametrize(
+    "stop",
+    [
+        "[stop]\nstiffness = 1e4\n",
+        "[stop]\nrestitution = 0.9\n\n[opposite_stop]\nrestitution = 0.9\ngap = 1e-3\n",
+    ],
+)
+def test_a_device_whose_mass_grows_refuses_the_same_stops(tmp_path, stop):
+    path = tmp_path / "a.toml"
+    device = "[oscillator]\nmass = 0.04\nstiffness = 16.0\ninertia_x2 = 5.0\n\n"
+    path.write_text(f"{device}[piezo]\ncoupling = 1e-3\ncapacitance = 5e-8\n\n{stop}")
+    with pytest.raises(hv.InputError, match=r"oscillator.inertia_x2 must be left out if \S+ is"):
+        hv.load(path)
