@@ -40,8 +40,6 @@ from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Sche
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
-# of a state with a circuit: what is above grows without bound, by steps that take ever longer
-LARGEST = 1e100
 MOST_STEPS = 1e10  # of one trajectory in one go
 SOON = 8192  # steps of blocks of trajectories that no thread is started for: a few milliseconds
 # steps of a trajectory with a circuit of its own between two looks whether it is given up
