@@ -335,3 +335,20 @@ def test_a_model_of_another_nominal_temperature_decides_the_value(tmp_path, elem
     same = board(tmp_path, more=f"{element}\n{card.replace(f'={degrees})', '=27)')}")
     part = next(part for part in same.parts if part.name == element[:2].lower())
     assert effective_value(part) == part.number
+
+
+@pytest.mark.ngspice
+def test_a_function_capacitor_s_own_node_begins_the_next_run(tmp_path):
+    """ngspice took its name, c.xload.c5_int1, for one of its constants, and the process ended by a signal."""
+    powers = []
+    for value in ("C={1u+0*v(p)}", "1u"):
+        path = tmp_path / "part.cir"
+        path.write_text(f"* part\n.subckt part p n\nC5 p n {value}\nRload p n 9k\n.ends\n")
+        scene = hv.Scene(
+            oscillator=hv.Oscillator(mass="8 g", frequency="60 Hz", damping_ratio=0.05),
+            piezo=hv.Piezo(coupling="1.5e-3 N/V", capacitance="47 nF"),
+            excitation=hv.Excitation(acceleration_amplitude="0.2 g", frequency="60 Hz"),
+        ).with_load(netlist=str(path))
+        powers.append(hv.run(scene, engine="spice").mean_power)
+    assert powers[0].error95 < 1e-3 * powers[0].value
+    assert powers[0].value == pytest.approx(powers[1].value, rel=1e-4)
