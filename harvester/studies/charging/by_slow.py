@@ -16,6 +16,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.netlists.load_circuit import effective_value
+from harvester.netlists.part import CircuitPart
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.messages.unknown_parts import MEASURED_CURRENT
@@ -34,6 +35,7 @@ SLOW_FROM = 30.0  # time constants of the mass: a charge that takes less is not 
 DIRECT = 25.0  # time constants of the mass of the direct run, at most
 AT_REST = 200  # steps of a mass at rest, in which the board's own draw is measured
 # times the piezo's capacitance: a store that is charged slowly without being asked for
+MOST_BESIDE = 0.1  # charge of other capacitors per charge of the store, unknown under noise
 LARGE = 1000.0
 
 
@@ -127,7 +129,7 @@ def _check_draw(problem: Problem, top: float, h: float | None) -> None:
     most = bound.value / problem.units.watts * problem.scales.watts
     if watts <= most:
         return
-    others = [part for part in rectifier.parts if part.kind == "c" and part.name != CSMOOTH]
+    others = _other_capacitors(rectifier)
     if charges[0] - charges[1] < top * sum(effective_value(part) or math.inf for part in others):
         names = ", ".join(part.name for part in others)
         raise SimulationError(
@@ -137,6 +139,27 @@ def _check_draw(problem: Problem, top: float, h: float | None) -> None:
     raise SimulationError(
         f"the store does not reach {top:.3g} V: at this voltage the board itself draws {watts:.3g} W, "
         f"and the mass can give {most:.3g} W at most: is an element across the store intended?"
+    )
+
+
+def _other_capacitors(rectifier: Rectifier) -> list[CircuitPart]:
+    """The capacitors of a rectifier but for the store."""
+    return [part for part in rectifier.parts if part.kind == "c" and part.name != CSMOOTH]
+
+
+def _charge_of_others(problem: Problem, farads: float, top: float) -> float:
+    """The charge that other capacitors take at most, per charge of a store of ``farads``, where no direct run follows.
+
+    Raises SimulationError if it is above `MOST_BESIDE`.
+    """
+    others = _other_capacitors(Rectifier(problem))
+    share = sum(effective_value(part) or math.inf for part in others) / farads
+    if share <= MOST_BESIDE:
+        return share
+    names = ", ".join(part.name for part in others)
+    raise SimulationError(
+        f"engine slow follows no capacitor next to the store under noise, but up to {top:.3g} V {names} may take "
+        f"{100.0 * share:.3g} % of its charge: use engine 'compiled' or 'spice'"
     )
 
 
@@ -206,6 +229,8 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     top = float(levels[-1])
     farads = circuit.smoothing
     ohm = compiled_circuit(circuit, scales).resistance
+    is_ideal = ideal_circuit(circuit, scales) is not None
+    beside = 0.0 if is_ideal else _charge_of_others(problem, farads, top)
     table, _, steps, _ = measured(problem, top, runs.h, runs.seed)
     mean = times_to(levels, table, farads, ohm)
     end = min(runs.duration, LONGER * float(mean[-1]))
@@ -222,7 +247,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     unit = time_constant(problem.equations) / scales.frequency
     remarks = _not_apart(float(mean[-1]), unit)
     both = None
-    if ideal_circuit(circuit, scales) is not None and not remarks:
+    if is_ideal and not remarks:
         level = int(np.searchsorted(mean, min(DIRECT * unit, float(mean[-1]))))
         watched = LONGER * float(mean[level])
         direct = charge_side_by_side(
@@ -240,7 +265,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
         unknown = " and ".join(filter(None, (unknown, MEASURED_CURRENT)))
     model = half95(_finite(sampling))
     model += _finite(times_to(levels, table.halved(), farads, ohm) - mean) + (
-        judge + elements + separation
+        judge + elements + separation + beside
     ) * _finite(mean)
     if both is not None:
         late = both.value - float(slow.mean())

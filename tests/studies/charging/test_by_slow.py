@@ -131,6 +131,14 @@ def test_a_capacitor_that_loads_through_a_resistor_is_no_draw_of_the_board(tmp_p
         hv.charge(scene, to="3 V", engine="slow")
 
 
+def test_a_capacitor_that_takes_a_tenth_of_the_store_s_charge_is_refused_under_noise(tmp_path):
+    """Loaded by less than the mass gives, it made 1.33 +- 0.25 s of 2.01 +- 0.14 s."""
+    text = CLAMPED.replace("D5 OUT 0 D1", "R9 OUT X 20k\nC9 X 0 470u")
+    scene = on_board(tmp_path, text, {"acceleration_psd": "1e-3 g^2/Hz"})
+    with pytest.raises(hv.SimulationError, match=r"under noise, but up to 1 V c9 may take"):
+        hv.charge(scene, to="1 V", engine="slow")
+
+
 def on_board(folder, text, shaking):
     """A scene with a netlist of one's own."""
     (path := folder / "board.cir").write_text(text)
