@@ -71,8 +71,13 @@ class Scope:
         return None if self.whole is None else self.whole.function(name)
 
     def tree(self, tree: Node, where: str, language: Language) -> Node:
-        """A tree with its names' values."""
-        return resolved(tree, where, language, self.value, self.function)
+        """A tree with its names' values; raises InputError if too many depend on each other in turn."""
+        try:
+            return resolved(tree, where, language, self.value, self.function)
+        except RecursionError:
+            raise InputError(
+                f"{where} must need fewer parameters that need each other in turn"
+            ) from None
 
     def number(self, tree: Node, where: str) -> float:
         """The number of an expression in braces; raises InputError if it has none, or one that no circuit has."""

@@ -352,3 +352,10 @@ def test_a_function_capacitor_s_own_node_begins_the_next_run(tmp_path):
         powers.append(hv.run(scene, engine="spice").mean_power)
     assert powers[0].error95 < 1e-3 * powers[0].value
     assert powers[0].value == pytest.approx(powers[1].value, rel=1e-4)
+
+
+def test_a_long_chain_of_parameters_is_refused_in_one_line(tmp_path):
+    """It was an internal error, of 93 and more calls one within another."""
+    chain = "\n".join(f".param a{k}={{a{k + 1}+1}}" for k in range(300))
+    with pytest.raises(InputError, match="must need fewer parameters that need each other in turn"):
+        part_of(tmp_path, f"{chain}\n.param a300=1\nR1 p a {{a0*1k}}\nRload a n 1Meg")

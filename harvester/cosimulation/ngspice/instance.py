@@ -291,7 +291,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         """A vector of the present run, which ngspice keeps until the run is forgotten."""
         api = self._ngspice_shared
         vector = api.ngGet_Vec_Info(name.encode())
-        if not vector:  # ngspice takes c.xload.c5_int1 for a vector of its constants, const
+        if not vector:  # c.xload.c5_int1 is a vector of the constants, const, to ngspice
             plot = ffi_string_utf8(api.ngSpice_CurPlot())
             vector = api.ngGet_Vec_Info(f"{plot}.{name}".encode())
         return np.frombuffer(ffi.buffer(vector.v_realdata, 8 * vector.v_length))

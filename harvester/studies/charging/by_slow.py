@@ -148,7 +148,7 @@ def _other_capacitors(rectifier: Rectifier) -> list[CircuitPart]:
 
 
 def _charge_of_others(problem: Problem, farads: float, top: float) -> float:
-    """The charge that other capacitors take at most, per charge of a store of ``farads``, where no direct run follows.
+    """The largest charge of other capacitors, per charge of a store of ``farads``, up to a voltage.
 
     Raises SimulationError if it is above `MOST_BESIDE`.
     """
@@ -158,8 +158,9 @@ def _charge_of_others(problem: Problem, farads: float, top: float) -> float:
         return share
     names = ", ".join(part.name for part in others)
     raise SimulationError(
-        f"engine slow follows no capacitor next to the store under noise, but up to {top:.3g} V {names} may take "
-        f"{100.0 * share:.3g} % of its charge: use engine 'compiled' or 'spice'"
+        "engine slow follows no capacitor next to the store under noise, but the charge of "
+        f"{names} is up to {100.0 * share:.3g} % of the store's at {top:.3g} V: "
+        "use engine 'compiled' or 'spice'"
     )
 
 
