@@ -97,7 +97,9 @@ def noisy_power(
     )
     charge = reached(table, float(path.rails.max()), problem.circuit.smoothing or 0.0)
     elements, _, more = noise_check(problem, table, charge, None, seed)
+    together = time.perf_counter()
     gain, direct = _gain(problem, rough, table, paths, share * DIRECT * unit, seed)
+    together = time.perf_counter() - together
     judge, unknown = error_of_circuit(problem, float(path.rails.max()), seed)
     less = judge + elements + abs(gain.value)
     currents = table, table.halved(), table.scaled(1.0 - less), table.shifted()
@@ -127,6 +129,7 @@ def noisy_power(
         separation=max(off, abs(gain.value) + gain.sampling95),
         scales_apart=off <= LARGEST_SEPARATION,
         direct=share * DIRECT * unit,
+        pace=together / (JUDGED * share * DIRECT * unit),
         duration=duration,
         slow_step=unit / FINER,
         steps=steps + more + direct + sum(run.steps for run in (path, *others, *paths)),
