@@ -34,7 +34,7 @@ def test_error_of_few_entries():
 def test_a_value_with_rounding_alone_has_six_digits():
     """No device is known to nine."""
     assert Value(22.27627215e-6, None, 1.3e-18, 0.0).format("W") == "22.2763 uW (closed form)"
-    assert Value(10.0, None, 0.0, 0.0).format("s") == "10 s (no error changes it)"
+    assert Value(10.0, None, 0.0, 0.0).format("s") == "10 s (unaffected by errors)"
 
 
 def test_a_value_is_a_number_with_a_unit():
