@@ -1,4 +1,4 @@
-"""Draws docs/explore.png and explore_dark.png by Chromium: the app with a bridge, compared with a resistor."""
+"""Draws docs/explore.png and docs/_static/explore_dark.png by Chromium: the app with a bridge."""
 
 import sys
 from pathlib import Path
@@ -11,7 +11,8 @@ from tests.support.browser import Visit, chromium, serving  # noqa: E402
 
 SCENE = ROOT / "examples" / "plate.toml"
 PICTURES = {
-    theme: ROOT / "docs" / f"explore{end}.png" for theme, end in (("light", ""), ("dark", "_dark"))
+    "light": ROOT / "docs" / "explore.png",
+    "dark": ROOT / "docs" / "_static" / "explore_dark.png",
 }
 COLOURS = 256
 SIZE = {"width": 1280, "height": 1000}

@@ -26,7 +26,7 @@ def test_error_is_the_sum_of_all():
 
 
 def test_error_of_few_entries():
-    """The variance of two is their squared distance over 2; of one nothing is known."""
+    """The variance of two is their squared distance over 2; from one nothing is known."""
     assert mean_and_error(np.array([1.0, 3.0])) == pytest.approx((2.0, 1.0), rel=1e-12)
     assert mean_and_error(np.array([1.0])) == (1.0, math.inf)
 
