@@ -3,7 +3,7 @@
 Beside `benchmarks/mutants.py`, whose faults were thought of.  Each mutation turns a comparison, `and`, `or` or one of
 + - * /, changes a number, or drops a statement, somewhere in physics or statistics (`ROOMS`).  In a copy of the
 repository it meets the tests of its room that import its file, then the room's other ones, then tests elsewhere that
-import it, up to the first that fails.  Of those that survive some change nothing that a test could see: read them.
+import it, up to the first that fails.  Among those that survive, some change nothing that a test could see: read them.
 
     python benchmarks/random_mutants.py                    150 mutants, an hour
     python benchmarks/random_mutants.py --only density     those of one room

@@ -241,6 +241,11 @@ class NodeResult(TableResult):
         return None if self.bound is None else self.harvested.value / self.bound.value
 
     @property
+    def share_of_possible_value(self) -> Value | None:
+        """The same, with the errors of the numerator; the bound has none."""
+        return None if self.bound is None else self.harvested.scaled(1.0 / self.bound.value)
+
+    @property
     def day_fewest(self) -> int | None:
         """The packets of the whole day with the fewest."""
         return round(float(self.days_packets.min())) if len(self.days_packets) > 1 else None

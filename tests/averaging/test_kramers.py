@@ -23,7 +23,7 @@ def of_damping(g, theta=0.02):
 
 
 def test_weak_damping():
-    """k = g S/T w/(2 pi) exp(-U/T) out of one well; of two, each mass comes back every other time: half of it."""
+    """k = g S/T w/(2 pi) exp(-U/T) out of one well; between two, each mass comes back every other time: half of it."""
     left, right = hopping_rates(of_damping(1e-6))
     expected = 0.5 * 1e-6 * S / 0.02 * W / (2.0 * math.pi) * math.exp(-U / 0.02)
     assert left == pytest.approx(expected, rel=0.01)

@@ -32,7 +32,7 @@ def test_no_bias_from_few_entries_that_are_not_gaussian():
 
 
 def test_too_many_controls_for_the_entries_are_left_out():
-    """The first ones are used; of too few entries for one column none."""
+    """The first ones are used; with too few entries for one column none."""
     values, x = entries(64, 13, 0.1)
     assert controlled_mean(values, x) == pytest.approx(controlled_mean(values, x[:, :8]), rel=1e-12)
     assert (

@@ -26,7 +26,7 @@ def test_error_is_the_sum_of_all():
 
 
 def test_error_of_few_entries():
-    """The variance of two is their squared distance over 2; of one nothing is known."""
+    """The variance of two is their squared distance over 2; from one nothing is known."""
     assert mean_and_error(np.array([1.0, 3.0])) == pytest.approx((2.0, 1.0), rel=1e-12)
     assert mean_and_error(np.array([1.0])) == (1.0, math.inf)
 
@@ -34,7 +34,7 @@ def test_error_of_few_entries():
 def test_a_value_with_rounding_alone_has_six_digits():
     """No device is known to nine."""
     assert Value(22.27627215e-6, None, 1.3e-18, 0.0).format("W") == "22.2763 uW (closed form)"
-    assert Value(10.0, None, 0.0, 0.0).format("s") == "10 s (no error changes it)"
+    assert Value(10.0, None, 0.0, 0.0).format("s") == "10 s (unaffected by errors)"
 
 
 def test_a_value_is_a_number_with_a_unit():
