@@ -54,7 +54,8 @@ from harvester.studies.node_current import Effort, Known, measure_current
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
 _OF_STORE = ("capacitance", "leakage_resistance", "esr", "clamp_voltage", "diffusion_capacitance")
@@ -260,9 +261,9 @@ class NodeResult(TableResult):
         """The packets of the whole day with the most."""
         return round(float(self.days_packets.max())) if len(self.days_packets) > 1 else None
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The store's voltage over time, with the voltages at which the node begins and stops."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
     @property
     def table(self) -> Table:
