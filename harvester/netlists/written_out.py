@@ -71,7 +71,7 @@ class Scope:
         return None if self.whole is None else self.whole.function(name)
 
     def tree(self, tree: Node, where: str, language: Language) -> Node:
-        """A tree with its names' values; raises InputError if too many depend on each other in turn."""
+        """A tree with its names' values; raises InputError if too many need each other in turn."""
         try:
             return resolved(tree, where, language, self.value, self.function)
         except RecursionError:

@@ -339,7 +339,7 @@ def test_a_model_of_another_nominal_temperature_decides_the_value(tmp_path, elem
 
 @pytest.mark.ngspice
 def test_a_function_capacitor_s_own_node_begins_the_next_run(tmp_path):
-    """ngspice took its name, c.xload.c5_int1, for one of its constants, and the process ended by a signal."""
+    """ngspice took its name, c.xload.c5_int1, for a constant, and the process ended."""
     powers = []
     for value in ("C={1u+0*v(p)}", "1u"):
         path = tmp_path / "part.cir"
