@@ -24,16 +24,14 @@ from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.storage.held_in_ngspice import error_of_circuit
-from harvester.storage.held_stores import StoresOfMany
-from harvester.storage.measured_current import RUNS, Rectifier, measured, time_constant
-from harvester.storage.rectified_current import RectifiedCurrent, reached
-from harvester.storage.rectifier_cut import Cut
-from harvester.storage.slow_circuit import JUDGED, TOLERANCE, SlowCircuit, SlowPath, noise_check
-from harvester.storage.steady_power import (
+from harvester.storage.checked_mean import (
     FINER,
     FIRST,
     LARGEST_SEPARATION,
+    ROUGHER,
+    Check,
+    CheckedMean,
+    Correction,
     SlowPower,
     first_duration,
     mean_rate,
@@ -41,15 +39,19 @@ from harvester.storage.steady_power import (
     settled_part,
     settled_path,
 )
+from harvester.storage.held_in_ngspice import error_of_circuit
+from harvester.storage.held_stores import StoresOfMany
+from harvester.storage.measured_current import RUNS, Rectifier, measured, time_constant
+from harvester.storage.rectified_current import RectifiedCurrent, reached
+from harvester.storage.rectifier_cut import Cut
+from harvester.storage.slow_circuit import JUDGED, TOLERANCE, SlowCircuit, SlowPath, noise_check
 from harvester.uncertainty.control_variate import controlled
 from harvester.uncertainty.value import Value, mean_and_error
 
 # runs with a held store; times the highest voltage of the slow run
 MANY = 8 * RUNS
 WIDER = 1.25
-# of fluctuating runs; times the slow step and the tolerance there
-PAIRS = 6
-ROUGHER = 4.0
+PAIRS = 6  # of fluctuating runs
 DIRECT = 50.0  # time constants of the mass of the direct run
 # duration of the whole over that of the first measurement; least fraction of runs and direct time
 # in a short budget
@@ -59,7 +61,7 @@ LEAST = 0.1
 
 
 def noisy_power(
-    problem: Problem, cut: Cut, seed: int, deadline: float | None = None
+    problem: Problem, cut: Cut, seed: int = 0, deadline: float | None = None
 ) -> SlowPower | None:
     """The load's stationary mean power behind a cut, under noise; see `SlowPower`.
 
@@ -67,7 +69,7 @@ def noisy_power(
     its place.  A ``deadline`` of `time.perf_counter` makes runs fewer and the direct run shorter;
     None if it would leave less than `LEAST_SHARE` of them.
 
-    Raises as `harvester.storage.steady_power.slow_power`.
+    Raises as `harvester.storage.steady_power.steady_power`.
     """
     assert problem.circuit is not None
     unit = time_constant(problem.equations) / problem.scales.frequency
@@ -76,7 +78,6 @@ def noisy_power(
         for factor in (1.0, ROUGHER)
     )
     step = ROUGHER * unit / FINER
-    count = MANY if Rectifier(problem).ideal else RUNS
     begin = time.perf_counter()
     first = measured(problem, seed=seed).best
     share = 1.0
@@ -85,54 +86,84 @@ def noisy_power(
         share = min((deadline - now) / (WHOLE * (now - begin)), 1.0)
         if share < LEAST_SHARE:
             return None
-        count = round(share * count)
-    top = WIDER * float(rough.run(first, first_duration(rough, first, unit), step).rails.max())
-    table, _, steps, _ = measured(
-        problem, min(top, float(first.voltages[-1])), seed=seed, runs=count
-    )
-    table = table.lagging(0.5 * unit)
+    table, measuring = _table(problem, rough, first, seed, share)
     path, duration, changed = settled_path(circuit, table, unit / FINER, unit)
-    paths = _fluctuating(
+    highest = float(path.rails.max())
+
+    fluctuating = _fluctuating(
         rough, table, min(duration, FIRST * unit), step, seed, PAIRS * [rough.circuit.rest]
     )
-    charge = reached(table, float(path.rails.max()), problem.circuit.smoothing or 0.0)
-    elements, _, more = noise_check(problem, table, charge, None, seed)
-    gain, direct = _gain(problem, rough, table, paths, share * DIRECT * unit, seed)
-    judge, unknown = error_of_circuit(problem, float(path.rails.max()), seed)
+    gain, direct = _gain(problem, rough, table, fluctuating, share * DIRECT * unit, seed)
+    charge = reached(table, highest, problem.circuit.smoothing or 0.0)
+    elements, _, checking = noise_check(problem, table, charge, None, seed)
+    judge, unknown = error_of_circuit(problem, highest, seed)
     less = judge + elements + abs(gain.value)
-    currents = table, table.halved(), table.scaled(1.0 - less), table.shifted()
-    others = [rough.run(current, duration, step) for current in currents]
-    whole = settled_part(duration)
-    shorter = settled_part(float(paths[0].t[-1]))
-
-    def known(name: str, stderr: float = 0.0) -> tuple[Value, float]:
-        """The mean of an integral of the path with its errors, and by how much fluctuations change it."""
-        mean, base, *changed = (mean_rate(run, name, whole) for run in (path, *others))
-        by_voltages, by_less, by_sampling = (other - base for other in changed)
-        short, *changes = (mean_rate(run, name, shorter) for run in (others[0], *paths))
-        change, spread = mean_and_error((np.array(changes) - short).reshape(-1, 2).mean(axis=1))
-        model = abs(by_voltages) + abs(by_less) + judge * mean + abs(change)
-        errors = math.hypot(stderr, by_sampling, spread, gain.normal_stderr * by_less / less)
-        corrected = mean + change - gain.value * by_less / less
-        return Value(corrected, errors, abs(base - mean), model, unknown=unknown), abs(change)
+    checks = {
+        "voltages": Check(table.halved(), "model"),
+        "less": Check(table.scaled(1.0 - less), "model"),
+        "sampling": Check(table.shifted(), "stderr"),
+    }
+    mean = CheckedMean(path, duration, rough, table, checks, step)
 
     assert table.square_error is not None, "noise"
-    power, change = known("square")
-    square, _ = known("piezo", float(table.column_at("square_error", path.rails).mean()))
-    off = max(abs(gain.value), change / max(power.value, 1e-300))
+    of_square = float(table.column_at("square_error", path.rails).mean())
+    power, square = (
+        mean.value(
+            name,
+            judge,
+            unknown,
+            _correction(mean, name, fluctuating, gain.scaled(1.0 / less), stderr),
+        )
+        for name, stderr in (("square", 0.0), ("piezo", of_square))
+    )
+    change = abs(_by_fluctuations(mean, "square", fluctuating)[0])
+    size = max(power.value, 1e-300)
+    off = max(abs(gain.value), change / size)
     return SlowPower(
         power=power.scaled(1.0 / circuit.circuit.resistance),
         square=square,
-        changed=changed / max(power.value, 1e-300),
+        changed=changed / size,
         separation=max(off, abs(gain.value) + gain.sampling95),
         scales_apart=off <= LARGEST_SEPARATION,
         direct=share * DIRECT * unit,
         duration=duration,
         slow_step=unit / FINER,
-        steps=steps + more + direct + sum(run.steps for run in (path, *others, *paths)),
+        steps=measuring + checking + direct + mean.steps + sum(run.steps for run in fluctuating),
         current=table,
         load=of_load(path),
     )
+
+
+def _table(
+    problem: Problem, circuit: SlowCircuit, first: RectifiedCurrent, seed: int, share: float
+) -> tuple[RectifiedCurrent, int]:
+    """The current by a ``share`` of all runs, up to the voltages of a slow run by a ``first`` table."""
+    unit = time_constant(problem.equations) / problem.scales.frequency
+    step = ROUGHER * unit / FINER
+    reaches = circuit.run(first, first_duration(circuit, first, unit), step).rails.max()
+    top = min(WIDER * float(reaches), float(first.voltages[-1]))
+    count = MANY if Rectifier(problem).ideal else RUNS
+    currents = measured(problem, top, seed=seed, runs=round(share * count))
+    return currents.best.lagging(0.5 * unit), currents.steps
+
+
+def _by_fluctuations(
+    mean: CheckedMean, integral: str, fluctuating: list[SlowPath]
+) -> tuple[float, float]:
+    """By how much a fluctuating current changes a mean, and the standard error of that."""
+    part = settled_part(float(fluctuating[0].t[-1]))
+    base, *others = (mean_rate(run, integral, part) for run in (mean.base, *fluctuating))
+    return mean_and_error((np.array(others) - base).reshape(-1, 2).mean(axis=1))
+
+
+def _correction(
+    mean: CheckedMean, integral: str, fluctuating: list[SlowPath], gain: Value, stderr: float
+) -> Correction:
+    """A mean's change by fluctuations, and by the ``gain`` of the direct run in units of "less"."""
+    change, spread = _by_fluctuations(mean, integral, fluctuating)
+    by_less = mean.change(integral, "less")
+    errors = math.hypot(stderr, spread, gain.normal_stderr * by_less)
+    return Correction(change - gain.value * by_less, abs(change), errors)
 
 
 def _fluctuating(
