@@ -20,7 +20,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuits.circuit_batch import MASS_ROWS
-from harvester.circuits.compiled_circuit import compiled_circuit
+from harvester.circuits.compiled_circuit import CompiledCircuit, compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest
@@ -201,48 +201,71 @@ def _gain(
     first.
     """
     assert problem.circuit is not None
-    eqs = problem.equations
-    scales = problem.scales
-    farads = problem.circuit.smoothing or 0.0
-    whole = compiled_circuit(problem.circuit, scales)
-    h = step_from_rest(eqs)
-    root = np.random.SeedSequence([seed, 11])
-    slow = _fluctuating(
-        circuit, table, seconds, float(paths[0].t[0]), seed, [path.end for path in paths]
-    )
-    full = np.array([0.5 * farads * path.store[-1] ** 2 for path in paths])
-    ends = np.array(
-        [path.square[-1] / whole.resistance + 0.5 * farads * path.store[-1] ** 2 for path in slow]
-    )
-    gained = ends.reshape(-1, 2).mean(axis=1) - full
-    passed = seconds * float(np.mean([path.rails * table.at(path.rails) for path in slow]))
-    runs = Trajectories(eqs, JUDGED, root, h, circuit=whole)
+    whole = compiled_circuit(problem.circuit, problem.scales)
+    half = 0.5 * (problem.circuit.smoothing or 0.0)  # F, of the store
+    ends = [path.end for path in paths]
+    slow = _fluctuating(circuit, table, seconds, float(paths[0].t[0]), seed, ends)
+    full = half * _last(paths, "store") ** 2
+    energies = _last(slow, "square") / whole.resistance + half * _last(slow, "store") ** 2
+    gained = energies.reshape(-1, 2).mean(axis=1) - full
+
     which = np.arange(JUDGED) % len(paths)
+    together, steps = _together(problem, whole, circuit, [ends[k] for k in which], seconds, seed)
+    volts = float(np.mean([path.rails.mean() for path in slow]))
+    charges, more = _charges(problem, volts, seconds, seed)
+    mean = Value(*mean_and_error(charges[JUDGED:]))
+    off = controlled(together - (full + gained)[which], charges[:JUDGED], mean).value
+
+    passed = seconds * float(np.mean([path.rails * table.at(path.rails) for path in slow]))
+    return off.scaled(1.0 / max(float(gained.mean()), LEAST * passed, 1e-300)), steps + more
+
+
+def _last(paths: list[SlowPath], name: str) -> Floats:
+    """The last number of a row of each path."""
+    return np.array([getattr(path, name)[-1] for path in paths])
+
+
+def _together(
+    problem: Problem,
+    whole: CompiledCircuit,
+    circuit: SlowCircuit,
+    states: list[Floats],
+    seconds: float,
+    seed: int,
+) -> tuple[Floats, int]:
+    """The energy (J) of load and store by mass and ``whole`` circuit from ``states`` of the slow one, and the steps."""
+    assert problem.circuit is not None
+    eqs, scales = problem.equations, problem.scales
+    runs = Trajectories(
+        eqs, len(states), np.random.SeedSequence([seed, 11]), step_from_rest(eqs), circuit=whole
+    )
     rows = runs.state[0, MASS_ROWS:]
-    states = np.array([paths[k].end for k in which]).T
+    begin = np.array(states).T
     for k, (name, *_) in enumerate(circuit.circuit.system.charges):
         if name != "piezo":
-            rows[whole.charge_at(name)] = states[k]
-    to = whole.switches_at
+            rows[whole.charge_at(name)] = begin[k]
     switches = len(whole.system.switches)
+    to = whole.switches_at
     since = circuit.circuit.switches_at
-    rows[to : to + switches] = states[since : since + switches]
-    load = (
-        (eqs.beta or 0.0)
-        * runs.run(seconds * scales.frequency).load
-        * scales.watts
-        * runs.time
-        / scales.frequency
-    )
-    direct = load + 0.5 * farads * rows[whole.voltages_at + 1] ** 2 - (full + gained)[which]
+    rows[to : to + switches] = begin[since : since + switches]
+
+    power = (eqs.beta or 0.0) * runs.run(seconds * scales.frequency).load * scales.watts
+    volts = rows[whole.voltages_at + 1]
+    stored = 0.5 * (problem.circuit.smoothing or 0.0) * volts**2
+    return power * runs.time / scales.frequency + stored, runs.steps
+
+
+def _charges(problem: Problem, volts: float, seconds: float, seed: int) -> tuple[Floats, int]:
+    """The charges (C) of stores that are held at a voltage, on the same noise and more, and the steps."""
+    eqs = problem.equations
     rectifier = Rectifier(problem)
-    held = rectifier.fast(rectifier.held)
-    many = Trajectories(eqs, MANY if rectifier.ideal else 3 * JUDGED, root, h, circuit=held)
-    volts = float(np.mean([path.rails.mean() for path in slow]))
-    stores = StoresOfMany(many, held, rectifier.held, scales)
-    charges = stores.advance(volts, seconds * scales.frequency).charges
-    mean = Value(*mean_and_error(charges[JUDGED:]))
-    off = controlled(direct, charges[:JUDGED], mean).value
-    return off.scaled(
-        1.0 / max(float(gained.mean()), LEAST * passed, 1e-300)
-    ), runs.steps + many.steps
+    circuit = rectifier.fast(rectifier.held)
+    runs = Trajectories(
+        eqs,
+        MANY if rectifier.ideal else 3 * JUDGED,
+        np.random.SeedSequence([seed, 11]),
+        step_from_rest(eqs),
+        circuit=circuit,
+    )
+    stores = StoresOfMany(runs, circuit, rectifier.held, problem.scales)
+    return stores.advance(volts, seconds * problem.scales.frequency).charges, runs.steps
