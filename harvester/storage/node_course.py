@@ -31,7 +31,7 @@ class NodeCourse:
 
     Points of the course are up to where it repeats itself.  ``hours`` has the packets of each hour,
     evenly from there on. ``intervals`` are the mean times (s) between packets in bins, and how many
-    there were, shape (2, n), ascending; ``last`` is the time of the last packet.  Of the mean of
+    there were, shape (2, n), ascending; ``last`` is the time of the last packet.  In the mean of
     several courses numbers are not whole ones.
     """
 

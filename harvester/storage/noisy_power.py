@@ -93,7 +93,10 @@ def noisy_power(
     fluctuating = _fluctuating(
         rough, table, min(duration, FIRST * unit), step, seed, PAIRS * [rough.circuit.rest]
     )
-    gain, direct = _gain(problem, rough, table, fluctuating, share * DIRECT * unit, seed)
+    seconds = share * DIRECT * unit
+    began = time.perf_counter()
+    gain, direct = _gain(problem, rough, table, fluctuating, seconds, seed)
+    pace = (time.perf_counter() - began) / (JUDGED * seconds)
     charge = reached(table, highest, problem.circuit.smoothing or 0.0)
     elements, _, checking = noise_check(problem, table, charge, None, seed)
     judge, unknown = error_of_circuit(problem, highest, seed)
@@ -125,7 +128,8 @@ def noisy_power(
         changed=changed / size,
         separation=max(off, abs(gain.value) + gain.sampling95),
         scales_apart=off <= LARGEST_SEPARATION,
-        direct=share * DIRECT * unit,
+        direct=seconds,
+        pace=pace,
         duration=duration,
         slow_step=unit / FINER,
         steps=measuring + checking + direct + mean.steps + sum(run.steps for run in fluctuating),

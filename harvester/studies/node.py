@@ -54,7 +54,8 @@ from harvester.studies.node_current import Effort, Known, measure_current
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
 _OF_STORE = ("capacitance", "leakage_resistance", "esr", "clamp_voltage", "diffusion_capacitance")
@@ -241,6 +242,11 @@ class NodeResult(TableResult):
         return None if self.bound is None else self.harvested.value / self.bound.value
 
     @property
+    def share_of_possible_value(self) -> Value | None:
+        """The same, with the errors of the numerator; the bound has none."""
+        return None if self.bound is None else self.harvested.scaled(1.0 / self.bound.value)
+
+    @property
     def day_fewest(self) -> int | None:
         """The packets of the whole day with the fewest."""
         return round(float(self.days_packets.min())) if len(self.days_packets) > 1 else None
@@ -255,9 +261,9 @@ class NodeResult(TableResult):
         """The packets of the whole day with the most."""
         return round(float(self.days_packets.max())) if len(self.days_packets) > 1 else None
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The store's voltage over time, with the voltages at which the node begins and stops."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
     @property
     def table(self) -> Table:

@@ -42,6 +42,10 @@ if TYPE_CHECKING:
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
 # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
 RUNNING = 0.5
+# times the seconds so far, that runs with a `TENTH` of the tolerance need; the smallest tolerance
+TIGHTER = 2.0
+TENTH = 0.1
+TIGHTEST = 1.1e-6
 
 
 class Spice(MonteCarloOptions, Engine):
@@ -255,12 +259,25 @@ class Spice(MonteCarloOptions, Engine):
             obstacle = exists.obstacle(target.within)
             reached = refine(runs, target) if obstacle is None else obstacle
             chosen = runs.setup.chosen(target.within, problem.units.frequency, problem.physical)
+            spent = time.monotonic() - begin
+            if self._may_tighten(reached, setup, target.seconds_left - TIGHTER * spent):
+                tighter = setup.with_tolerance(TENTH * setup.device.reltol, spent)
+                with contextlib.suppress(CircuitError):
+                    return self._all_runs(problem, tighter, code, exists, progress)
             return runs, [reached, chosen]
 
         for shunt in SHUNTS[:-1]:
             with contextlib.suppress(ConvergenceError):
                 return tried(shunt, False)
         return tried(SHUNTS[-1], True)
+
+    def _may_tighten(
+        self, reached: Diagnostic | None, setup: SpiceSetup, seconds_left: float
+    ) -> bool:
+        """Whether a tenth of ngspice's default tolerance is called for, and time is left."""
+        called_for = reached is not None and reached.code == "needs_smaller_tolerance"
+        is_default = self.reltol == type(self).reltol
+        return called_for and is_default and seconds_left > 0.0 and setup.device.reltol > TIGHTEST
 
     def _first_runs(
         self, problem: Problem, setup: SpiceSetup, code: int, progress: Progress | None
@@ -303,7 +320,8 @@ class Spice(MonteCarloOptions, Engine):
         within, budget = number(self.within), number(self.budget)
         target = None
         if within is not None:
-            target = Target(within, budget, time.perf_counter() - setup.seconds - start)
+            clock = time.perf_counter() - setup.seconds - start
+            target = Target(within, budget, clock, gives_up=self.GIVES_UP)
         if budget is None:
             return target, math.inf
         left = max(GRACE * budget - setup.seconds, 0.0) + SLACK
