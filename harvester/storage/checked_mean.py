@@ -1,4 +1,4 @@
-"""The slow circuit until it is settled, and the checks of its mean: for each power of a chip's load.
+"""The slow circuit until it is settled, and the checks of its mean, for a chip's power.
 
 A check is another current for the same slow circuit: the change by it is one part of the error.
 """
@@ -104,7 +104,7 @@ class Check(NamedTuple):
 
 
 class Correction(NamedTuple):
-    """The ``shift`` of a mean by an effect outside the slow circuit, with its ``model`` and sampling errors."""
+    """The ``shift`` of a mean by an effect outside the slow circuit, with its errors."""
 
     shift: float
     model: float
@@ -154,7 +154,7 @@ class CheckedMean:
         return changed - base
 
     def value(self, integral: str, judge: float, unknown: str, correction: Correction) -> Value:
-        """The corrected mean with its errors; ``judge`` is the share by which ngspice may differ."""
+        """The corrected mean with its errors; ngspice may differ by the share ``judge``."""
         mean = self.mean(integral)
         errors = {
             part: [

@@ -37,7 +37,7 @@ def enough_runs(eqs: Equations, count: int) -> int:
 
 
 class Gained(NamedTuple):
-    """Gained ``charges`` (C), and the piezo's mean ``squares`` (V^2), shape (n,), in ``seconds``."""
+    """Gained ``charges`` (C) and the piezo's mean ``squares`` (V^2), shape (n,)."""
 
     charges: Floats
     squares: Floats

@@ -123,7 +123,7 @@ def open_voltage(problem: Problem, h: float, seed: int = 0) -> float:
 
 
 class _Rung(NamedTuple):
-    """A voltage of the ladder: charges (C) while it ``settles`` for some ``seconds``, and those that count."""
+    """A voltage of the ladder: charges (C) while it ``settles``, and those that count."""
 
     settles: Floats
     seconds: float
@@ -156,7 +156,7 @@ def measured_current(
 def _soon_settled(
     held: HeldStores, volts: float, times: tuple[float, float], rough: float, largest: float
 ) -> tuple[_Rung, float]:
-    """A voltage held for unit after unit of time until the current changes by ``rough`` of the largest.
+    """A voltage held by units of time until the current changes by ``rough`` of the largest.
 
     ``times`` are the unit and the longest time, nondimensional.  The second answer is the
     ``largest`` current (A) of all so far.
@@ -202,7 +202,7 @@ def _table(
 
 
 def _lag(current: Floats, excess: Floats) -> Floats:
-    """The delay (s) of the current behind a voltage step, from the ``excess`` charge after it (C)."""
+    """The delay (s) of the current behind a step, from the ``excess`` charge after it (C)."""
     steps = current[:-1] - current[1:]
     known = np.abs(steps) > 0.01 * current.max()
     lag = np.divide(excess[1:], steps, out=np.zeros(len(steps)), where=known)

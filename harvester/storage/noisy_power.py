@@ -141,7 +141,7 @@ def noisy_power(
 def _table(
     problem: Problem, circuit: SlowCircuit, first: RectifiedCurrent, seed: int, share: float
 ) -> tuple[RectifiedCurrent, int]:
-    """The current by a ``share`` of all runs, up to the voltages of a slow run by a ``first`` table."""
+    """The current by a ``share`` of all runs, up to the voltages that ``first`` leads to."""
     unit = time_constant(problem.equations) / problem.scales.frequency
     step = ROUGHER * unit / FINER
     reaches = circuit.run(first, first_duration(circuit, first, unit), step).rails.max()
@@ -237,7 +237,7 @@ def _together(
     seconds: float,
     seed: int,
 ) -> tuple[Floats, int]:
-    """The energy (J) of load and store by mass and ``whole`` circuit from ``states`` of the slow one, and the steps."""
+    """The energy (J) of load and store by mass and ``whole`` circuit, and the steps."""
     assert problem.circuit is not None
     eqs, scales = problem.equations, problem.scales
     runs = Trajectories(
@@ -260,7 +260,7 @@ def _together(
 
 
 def _charges(problem: Problem, volts: float, seconds: float, seed: int) -> tuple[Floats, int]:
-    """The charges (C) of stores that are held at a voltage, on the same noise and more, and the steps."""
+    """The charges (C) of stores that are held at a voltage, and the steps."""
     eqs = problem.equations
     rectifier = Rectifier(problem)
     circuit = rectifier.fast(rectifier.held)

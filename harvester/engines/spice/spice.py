@@ -316,7 +316,7 @@ class Spice(MonteCarloOptions, Engine):
         return runs, target
 
     def _clocks(self, setup: SpiceSetup, start: float) -> tuple[Target | None, float]:
-        """The target, whose budget has the setup and the ``start`` of workers in it, and the runs' deadline."""
+        """The target, whose budget has setup and ``start`` of workers in it, and the deadline."""
         within, budget = number(self.within), number(self.budget)
         target = None
         if within is not None:

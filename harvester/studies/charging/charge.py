@@ -249,7 +249,7 @@ def _answer(
 
 
 def _level(problem: Problem, passages: Passages, k: int, probe: Probe) -> Level:
-    """A level on the way in the scene's units: when it is reached, and the energy and power of a store."""
+    """A level on the way in the scene's units, with its time, and a store's energy and power."""
     clock = problem.scales.frequency / problem.units.frequency
     watts = problem.units.watts / problem.scales.watts
     time = passages.time_to(k)
