@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -116,11 +116,17 @@ def new_drive(
 
     The energy ledger begins at the nondimensional time ``burn_in``; ``shaking`` as of `Drive`.
     """
-    scales = device.scales
-    free = not device.load.linear
-    step = device.h, device.stride
     return Drive(
-        device.eqs, scales.volts, scales.frequency, noise, *step, start, free, burn_in, shaking
+        device.eqs,
+        volts=device.scales.volts,
+        w0=device.scales.frequency,
+        noise=noise,
+        h=device.h,
+        stride=device.stride,
+        start=start,
+        free=not device.load.linear,
+        since=burn_in,
+        shaking=shaking,
     )
 
 
@@ -143,16 +149,25 @@ def run_in_this_process(
     from harvester.cosimulation.ngspice.trial import checked_ngspice
 
     scales = device.scales
-    vectors = vectors_of(device.probes)
     x, _, voltage, charge = (scales.volts * quantity for quantity in drive.start[:4])
-    whole = device.h / scales.frequency, drive.duration, (x, voltage, charge), scales.volts
-    keeps = len(drive.start) == 4
     if nodes is not None:
         drive.currents = {name: current for name, current in nodes.items() if COIL.fullmatch(name)}
         nodes = {name: voltage for name, voltage in nodes.items() if name not in drive.currents}
-    given = *whole, device.reltol, nodes, vectors, device.trapezoidal, keeps
     load = without_needless_resistances(device.load, 1.0 / (scales.frequency * scales.capacitance))
-    deck = build_deck(load, scales.capacitance, *given, device.shunt * scales.capacitance)
+    deck = build_deck(
+        load,
+        scales.capacitance,
+        step=device.h / scales.frequency,
+        duration=drive.duration,
+        start=(x, voltage, charge),
+        volts=scales.volts,
+        reltol=device.reltol,
+        nodes=nodes,
+        probes=vectors_of(device.probes),
+        trapezoidal=device.trapezoidal,
+        keeps=len(drive.start) == 4,
+        shunt=device.shunt * scales.capacitance,
+    )
     checked_ngspice().run_driven(deck, drive, device.patience, deadline)
     if not np.isfinite(drive.samples).all():
         raise UnboundedResponseError(
@@ -161,44 +176,68 @@ def run_in_this_process(
     return drive
 
 
-def _measure(
-    device: CoupledDevice,
-    seed: np.random.SeedSequence,
-    n_steps: int,
-    burn_in: float,
-    with_control: bool,
-    deadline: float,
-    blocks: int,
-    start: Start,
-) -> TrajectoryMeans:
-    """The means of one trajectory, in this process; arguments as of `measure_in_workers`."""
-    from harvester.circuits.compiled_circuit import CompiledCircuit
+class _Averages(NamedTuple):
+    """How long a trajectory is, and which averages are made of it, as of `measure_in_workers`."""
 
-    grid = gaussian_grid if device.gaussian else three_point_grid
-    shaken = (device.eqs, device.h, n_steps)
-    noise = coarsened(grid(seed, 2 * n_steps)) if device.coarse else grid(seed, n_steps)
-    shaking = (coarse_forcing if device.coarse else forcing)(
-        *shaken, np.random.default_rng(child(seed, 1))
-    )
-    nodes = (
-        nodes_of(device, start)
-        if isinstance(device.ideal, CompiledCircuit) and len(start) > 4
-        else None
-    )
-    drive = run_in_this_process(
-        device, new_drive(device, noise, burn_in, shaking, start), deadline, nodes
-    )
+    n_steps: int
+    burn_in: float = 0.0
+    blocks: int = 1
+    with_control: bool = False
+    deadline: float = math.inf
+
+
+def _measure(
+    device: CoupledDevice, seed: np.random.SeedSequence, start: Start, averages: _Averages
+) -> TrajectoryMeans:
+    """The means of one trajectory, in this process."""
+    n_steps, burn_in, blocks, with_control, deadline = averages
+    noise = _noise(device, seed, n_steps)
+    shaking = _shaking(device, seed, n_steps)
+    drive = new_drive(device, noise, burn_in, shaking, start)
+    run_in_this_process(device, drive, deadline, _nodes_at(device, start))
+
     moments = from_path(device.eqs, drive.path(), burn_in, blocks)
     ledger = ledger_of(drive.state[0], device.scales, drive.smoothing, device.load.linear)
     load = np.array([ledger.load])
     if blocks > 1:
-        coloured = device.eqs.coloured is not None and not device.coarse
-        new = filtered(*shaken, np.random.default_rng(child(seed, 1))) if coloured else None
-        load, controls = _blocks(drive, burn_in, blocks, new)
+        load, controls = _blocks(drive, burn_in, blocks, _new_parts(device, seed, n_steps))
         moments = dataclasses.replace(moments, controls=controls)
-    control = _control(device, noise, shaking, burn_in, start, blocks) if with_control else None
-    probed = means_of_probes(device.probes, drive) if device.probes else None
-    return TrajectoryMeans(moments, load, int(drive.state[0].accepted), ledger, control, probed)
+    return TrajectoryMeans(
+        moments=moments,
+        load_power=load,
+        steps=int(drive.state[0].accepted),
+        ledger=ledger,
+        control=_control(device, noise, shaking, burn_in, start, blocks) if with_control else None,
+        probed=means_of_probes(device.probes, drive) if device.probes else None,
+    )
+
+
+def _noise(device: CoupledDevice, seed: np.random.SeedSequence, n_steps: int) -> Floats:
+    """The variates of all kicks; a coarse device has those of two fine steps together."""
+    grid = gaussian_grid if device.gaussian else three_point_grid
+    return coarsened(grid(seed, 2 * n_steps)) if device.coarse else grid(seed, n_steps)
+
+
+def _shaking(device: CoupledDevice, seed: np.random.SeedSequence, n_steps: int) -> Floats | None:
+    """The accelerations of shaking other than white noise."""
+    made = coarse_forcing if device.coarse else forcing
+    return made(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
+
+
+def _new_parts(device: CoupledDevice, seed: np.random.SeedSequence, n_steps: int) -> Floats | None:
+    """The states of coloured noise and their new parts, for controls; None of other noise."""
+    if device.eqs.coloured is None or device.coarse:
+        return None
+    return filtered(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
+
+
+def _nodes_at(device: CoupledDevice, start: Start) -> dict[str, float] | None:
+    """The voltages of ngspice's nodes (V) at a start that has a state of the compiled circuit."""
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+
+    if not isinstance(device.ideal, CompiledCircuit) or len(start) <= 4:
+        return None
+    return nodes_of(device, start)
 
 
 def nodes_of(device: CoupledDevice, start: Start) -> dict[str, float]:
@@ -296,16 +335,8 @@ def compiled_beforehand(device: CoupledDevice) -> Iterator[None]:
         yield
         return
     start = (device.eqs.resting_places[0], 0.0, 0.0, 0.0)
-    given = (
-        _with_resistor(device),
-        np.random.SeedSequence(0),
-        4 * device.stride,
-        0.0,
-        True,
-        math.inf,
-        1,
-        start,
-    )
+    averages = _Averages(4 * device.stride, with_control=True)
+    given = _with_resistor(device), np.random.SeedSequence(0), start, averages
     with ahead((_compile_follow, ()), (_measure, given)) as first:
         follow.elsewhere = first or follow.elsewhere
         yield
@@ -345,9 +376,9 @@ def measure_in_workers(
     ``deadline`` of `time.monotonic`.
     """
     resting = itertools.cycle((x, 0.0, 0.0, 0.0) for x in device.eqs.resting_places)
-    same = n_steps, burn_in, with_control, deadline, blocks
+    averages = _Averages(n_steps, burn_in, blocks, with_control, deadline)
     jobs = zip(seeds, resting if starts is None else starts, strict=False)
-    yield from map_in_workers(_measure, [(device, seed, *same, start) for seed, start in jobs])
+    yield from map_in_workers(_measure, [(device, seed, start, averages) for seed, start in jobs])
 
 
 def ngspice_version() -> tuple[str, str]:

@@ -11,7 +11,7 @@ import numpy as np
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.mechanics.kernels.moments import Moments
-from harvester.uncertainty.paired_difference import difference95, share95
+from harvester.uncertainty.paired_difference import difference95, enough_entries, share95
 
 if TYPE_CHECKING:
     from harvester.circuits.compiled_circuit import CompiledCircuit
@@ -61,13 +61,20 @@ def difference_from_compiled(
         if slowest > LONGEST:
             return {}
         count = round(max(COUNT * min(TIME / slowest, 1.0), FEWEST))
+        count = enough_entries(count, settled.together)
         compiled, compilation_seconds = compiled_beside(
             settled, circuit, min(count, settled.count), settled.seed
         )
         n = compiled.blocks
-        given = (settled.eqs, compiled.count, settled.seed, settled.h, None, settled.circuit, False)
-        now = settled.state[:n].copy(), settled.filter[:n].copy(), settled.words[:n].copy()
-        twin = Trajectories(*given, settled.controlled, now)
+        twin = Trajectories(
+            settled.eqs,
+            compiled.count,
+            settled.seed,
+            settled.h,
+            circuit=settled.circuit,
+            controlled=settled.controlled,
+            origin=(settled.state[:n].copy(), settled.filter[:n].copy(), settled.words[:n].copy()),
+        )
         if compiled.time:
             twin.run(compiled.time)
         compiled.filter[:], compiled.words[:] = twin.filter, twin.words
@@ -85,16 +92,19 @@ def difference_from_compiled(
     except HarvesterError:
         return {}
     failed = compiled.own_sums[1]  # steps that did not converge
-    return {} if failed else {name: _largest(name, high, low) for name in ("V2", "load")}
+    if failed:
+        return {}
+    return {name: _largest(name, high, low, compiled.together) for name in ("V2", "load")}
 
 
-def _largest(name: str, high: Moments, low: Moments) -> float:
+def _largest(name: str, high: Moments, low: Moments, together: int) -> float:
     """The relative difference of a moment at 95 %, and that of the judge."""
     mine, its = (getattr(moments, name) for moments in (high, low))
     size = float(its.mean())
     if not size > 0.0:
         return 0.0
-    return share95(difference95(mine, its, (high.controls, low.controls)), size) + JUDGE
+    difference = difference95(mine, its, (high.controls, low.controls), together)
+    return share95(difference, size) + JUDGE
 
 
 def _of_periods(

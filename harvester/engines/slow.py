@@ -26,8 +26,8 @@ from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 
 if TYPE_CHECKING:
+    from harvester.storage.checked_mean import SlowPower
     from harvester.storage.rectifier_cut import Cut
-    from harvester.storage.steady_power import SlowPower
 
 SETTLED = 0.02  # of the mean power: a change from part to part that is told
 # of the time of the slow run: that of mass and circuit together, where the scales are not apart
@@ -102,23 +102,20 @@ class Slow(Request, Engine):
         """The mean power over the time of the slow run but for its first quarter, in which it settles."""
         from harvester.mechanics.kernels.compiled import compilation
         from harvester.storage.noisy_power import noisy_power
-        from harvester.storage.steady_power import slow_power
+        from harvester.storage.steady_power import steady_power
 
         problem, cut = self._parted(scene)
         is_random = problem.equations.is_random
+        power_of = noisy_power if is_random else steady_power
         known = existence(problem)
         begin = time.perf_counter()
         budget = number(self.budget)
-        solution: SlowPower | None
         with compilation():
             if budget is not None:  # which does not include compilation
                 self.quick(problem)
                 begin = time.perf_counter()
             deadline = None if budget is None else begin + budget
-            if is_random:
-                solution = noisy_power(problem, cut, self.seed, deadline)
-            else:
-                solution = slow_power(problem, cut, deadline)
+            solution = power_of(problem, cut, self.seed, deadline)
         if solution is not None and is_random and not solution.scales_apart:
             direct = self._directly(problem, solution, progress, deadline)
             if direct is not None:
@@ -201,8 +198,8 @@ class Slow(Request, Engine):
 
         Raises as `run`.
         """
+        from harvester.storage.checked_mean import of_load
         from harvester.storage.quick_power import quick_power
-        from harvester.storage.steady_power import of_load
 
         problem, cut = self._parted(scene)
         begin = time.perf_counter()

@@ -26,7 +26,7 @@ def of_path(scene: Scene, path: dict[str, Any]) -> dict[str, str]:
 # A chip's parameters: the store's voltage at which its output begins and ends, and the output's.
 _THRESHOLDS = {"Vrise": "output begins at", "Von": "output begins at", "Vfall": "output ends at"}
 _THRESHOLDS |= {"Voff": "output ends at", "Vreg": "output voltage"}
-# what is known of a chip's load, with others; see `harvester.storage.steady_power.of_load`
+# what is known of a chip's load, with others; see `harvester.storage.checked_mean.of_load`
 CHIP = "load_on"
 
 

@@ -13,6 +13,7 @@ import dataclasses
 import math
 import time
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -97,13 +98,14 @@ def current_difference(
         return np.reshape(list(map_in_workers(_gains, jobs)), (len(some), len(PARTS), 2))
 
     try:
-        largest = half_if_enough(seeds, in_workers, _largest_share, lambda share: share < JUDGE)
+        judge = partial(_largest_share, random=eqs.is_random)
+        largest = half_if_enough(seeds, in_workers, judge, lambda share: share < JUDGE)
     except (CircuitError, MissingProgramError, OutOfTimeError):
         return None
     return None if math.isinf(largest) else largest
 
 
-def _largest_share(gains: list[Floats]) -> float:
+def _largest_share(gains: list[Floats], random: bool) -> float:
     """The largest relative difference at the voltages, at 95 %; inf if nothing is gained."""
     high, low = np.moveaxis(np.array(gains), 2, 0)
     sizes = low.mean(axis=0)
@@ -111,7 +113,7 @@ def _largest_share(gains: list[Floats]) -> float:
         return math.inf
     least = FAINT * float(sizes.max())
     return max(
-        share95(difference95(high[:, k], low[:, k]), max(float(size), least))
+        share95(difference95(high[:, k], low[:, k], random=random), max(float(size), least))
         for k, size in enumerate(sizes)
     )
 

@@ -1,7 +1,7 @@
-"""Stores that a rectifier charges from a held voltage while the mass moves on: `HeldStores.advance`.
+"""Stores that a rectifier charges from a held voltage while the mass moves: `HeldStores.advance`.
 
-A class for each kind of mechanics says how that moves on: one path under a drive or white noise,
-many trajectories under noise, or a batch of them on parts of a record.
+Each kind of mechanics has a class: one path under a drive or white noise, many trajectories under
+noise, or a batch of them on parts of a record.
 """
 
 import math
@@ -12,6 +12,7 @@ import numpy as np
 from harvester.arrays import Floats, aligned
 from harvester.circuits.circuit_batch import MASS_ROWS
 from harvester.circuits.compiled_circuit import CompiledCircuit
+from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.mechanics.ensemble.loads import loaded
@@ -22,6 +23,7 @@ from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import whole_steps
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Schedule
 from harvester.storage.rectifier_cut import STORE
+from harvester.uncertainty.paired_difference import enough_entries
 
 HELD = 1e7  # of a store that is held, over the piezo's capacitance
 STRIDE = 4  # steps between samples of V^2
@@ -29,8 +31,13 @@ STORE_ROW = 3  # of the store's voltage in a batch of trajectories with ideal el
 Elements = IdealCircuit | CompiledCircuit  # of a rectifier
 
 
+def enough_runs(eqs: Equations, count: int) -> int:
+    """So many runs, and at least those of some records if runs share records of tabulated noise."""
+    return enough_entries(count, 1 if eqs.density is None else BATCH)
+
+
 class Gained(NamedTuple):
-    """What stores gain: ``charges`` (C), the piezo's mean ``squares`` (V^2), shape (n,), and the ``seconds`` of it."""
+    """Gained ``charges`` (C) and the piezo's mean ``squares`` (V^2), shape (n,)."""
 
     charges: Floats
     squares: Floats
@@ -63,7 +70,7 @@ class HeldStores:
 
     @property
     def stored(self) -> Floats:
-        """The charges in the ``unit``, where the states have them: who changes one changes the state."""
+        """The charges in the ``unit``, as a view of the states, which change with it."""
         raise NotImplementedError
 
     @property
@@ -72,10 +79,10 @@ class HeldStores:
         return self.stored.ravel() * (self.unit / self.farads)
 
     def advance(self, volts: Floats | float | None, duration: float) -> Gained:
-        """Move on for a nondimensional ``duration``, from ``volts`` on; None: from those that the stores have.
+        """Move on for a nondimensional ``duration`` from ``volts``; None: from the present ones.
 
-        Voltages of its own for each store have the shape of ``stored``.  How the duration is
-        rounded is for `_move_on` to say.
+        Voltages of its own for each store have the shape of ``stored``.  Each class rounds the
+        duration in its way.
         """
         if volts is not None:
             self.stored[...] = volts * self.farads / self.unit
@@ -90,11 +97,12 @@ class HeldStores:
 
 
 class StoreOnPath(HeldStores):
-    """The store of one path of a compiled ``circuit``, from rest, under a drive or white noise from ``rng``.
+    """The store of one path of a compiled ``circuit`` from rest, under a drive or white noise.
 
     It moves on by multiples of ``part`` (nondimensional; None: a period of the drive), rounded up,
-    and V^2 is sampled every `STRIDE` steps of a period, or at the end of each ``part``.  ``peak``
-    is the largest displacement so far, nondimensional; ``steps`` are those of the circuit.
+    with white noise from ``rng``.  V^2 is sampled every `STRIDE` steps of a period, or at the end
+    of each ``part``.  ``peak`` is the largest displacement so far, nondimensional; ``steps`` are
+    those of the circuit.
     """
 
     circuit: CompiledCircuit
@@ -157,7 +165,7 @@ class StoreOnPath(HeldStores):
 
 
 class StoresOfMany(HeldStores):
-    """A store for each of many trajectories, ``runs``, which may move on with other stores in between.
+    """A store for each of many trajectories, ``runs``, which may have other stores in between.
 
     A duration is rounded as by `Trajectories.run`.
     """

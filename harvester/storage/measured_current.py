@@ -29,6 +29,7 @@ from harvester.storage.held_stores import (
     HeldStores,
     StoreOnPath,
     StoresOfMany,
+    enough_runs,
 )
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import (
@@ -37,7 +38,7 @@ from harvester.storage.rectifier_cut import (
     is_plain_store,
     with_store,
 )
-from harvester.uncertainty.value import mean_and_error
+from harvester.uncertainty.value import Value, mean_and_error
 
 VOLTAGES = 12
 # under noise, at each voltage; a run of a netlist's own elements costs ten to a hundred times more
@@ -122,9 +123,9 @@ def open_voltage(problem: Problem, h: float, seed: int = 0) -> float:
 
 
 class _Rung(NamedTuple):
-    """A voltage of the ladder: the charges (C) of the ``seconds`` in which it settles, and what counts after them."""
+    """A voltage of the ladder: charges (C) while it ``settles``, and those that count."""
 
-    settling: Floats
+    settles: Floats
     seconds: float
     counted: Gained
 
@@ -155,7 +156,7 @@ def measured_current(
 def _soon_settled(
     held: HeldStores, volts: float, times: tuple[float, float], rough: float, largest: float
 ) -> tuple[_Rung, float]:
-    """A voltage held for unit after unit of time until the current changes by less than ``rough`` of the largest.
+    """A voltage held by units of time until the current changes by ``rough`` of the largest.
 
     ``times`` are the unit and the longest time, nondimensional.  The second answer is the
     ``largest`` current (A) of all so far.
@@ -185,7 +186,7 @@ def _table(
     charge, error = _over_runs([rung.counted.charges for rung in rungs], together)
     square, square_error = _over_runs([rung.counted.squares for rung in rungs], together)
     current = charge / seconds
-    settled = np.array([rung.settling.mean() for rung in rungs])
+    settled = np.array([rung.settles.mean() for rung in rungs])
     excess = settled - current * np.array([rung.seconds for rung in rungs])
     count = len(rungs[0].counted.charges)
     return RectifiedCurrent(
@@ -201,7 +202,7 @@ def _table(
 
 
 def _lag(current: Floats, excess: Floats) -> Floats:
-    """The time (s) by which the current follows a step of the voltage late, from the ``excess`` charge after it (C)."""
+    """The delay (s) of the current behind a step, from the ``excess`` charge after it (C)."""
     steps = current[:-1] - current[1:]
     known = np.abs(steps) > 0.01 * current.max()
     lag = np.divide(excess[1:], steps, out=np.zeros(len(steps)), where=known)
@@ -209,10 +210,16 @@ def _lag(current: Floats, excess: Floats) -> Floats:
 
 
 def _over_runs(rows: list[Floats], together: int) -> tuple[Floats, Floats]:
-    """Means over runs, ``together`` of which are on one record, and their standard errors; 0 of one run."""
-    moments = [mean_and_error(row.reshape(-1, together).mean(axis=1)) for row in rows]
-    means, errors = np.array(moments).T
-    return means, np.where(np.isfinite(errors), errors, 0.0)
+    """Means over runs and their standard errors, 0 for one; ``together`` runs are on one record."""
+    entries = np.array(rows).reshape(len(rows), -1, together).mean(axis=2)
+    means = entries.mean(axis=1)
+    count = entries.shape[1]
+    if count == 1:
+        return means, np.zeros(len(rows))
+    moments = [Value(*mean_and_error(row), dof=count - 1.0) for row in entries]
+    return means, np.array(
+        [value.stderr if together == 1 else value.normal_stderr for value in moments]
+    )
 
 
 class Currents(NamedTuple):
@@ -241,8 +248,8 @@ def measured(
     They are closer to each other at the bottom with a ``power`` above 1.  Under a drive it is
     extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of ideal elements where
     there is one, and of the scene's step alone, by so many ``runs``: `RUNS` of ideal elements, and `OF_ELEMENTS` of
-    the netlist's own.  The ladder goes on to up to twice the open circuit's voltage if that still
-    gets a current.
+    the netlist's own.  The ladder ends at twice the open circuit's voltage if that still gets a
+    current.
     """
     eqs = problem.equations
     h = step_from_rest(eqs) if h is None else h
@@ -282,6 +289,7 @@ def _under_noise(
     eqs = problem.equations
     circuit = rectifier.fast(rectifier.held)
     count = count or (RUNS if rectifier.ideal else OF_ELEMENTS)
+    count = enough_runs(eqs, count)
     many = Trajectories(eqs, count, np.random.SeedSequence([seed, 11]), h, circuit=circuit)
     stores = StoresOfMany(many, circuit, rectifier.held, problem.scales)
     table = measured_current(stores, eqs, volts)

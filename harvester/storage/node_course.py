@@ -56,7 +56,7 @@ class NodeCourse:
     intervals: Floats = field(default_factory=lambda: np.empty((2, 0)))
 
     def share_running(self, packet: float) -> float:
-        """The share of the time from the beginning of the first packet, which lasts so many seconds; 0 without one."""
+        """The share of the time from its first packet on, which lasts so many seconds."""
         if self.first is None:
             return 0.0
         return min(self.ran / (self.end - self.first + packet), 1.0)

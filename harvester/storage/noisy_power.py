@@ -20,20 +20,18 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuits.circuit_batch import MASS_ROWS
-from harvester.circuits.compiled_circuit import compiled_circuit
+from harvester.circuits.compiled_circuit import CompiledCircuit, compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.storage.held_in_ngspice import error_of_circuit
-from harvester.storage.held_stores import StoresOfMany
-from harvester.storage.measured_current import RUNS, Rectifier, measured, time_constant
-from harvester.storage.rectified_current import RectifiedCurrent, reached
-from harvester.storage.rectifier_cut import Cut
-from harvester.storage.slow_circuit import JUDGED, TOLERANCE, SlowCircuit, SlowPath, noise_check
-from harvester.storage.steady_power import (
+from harvester.storage.checked_mean import (
     FINER,
     FIRST,
     LARGEST_SEPARATION,
+    ROUGHER,
+    Check,
+    CheckedMean,
+    Correction,
     SlowPower,
     first_duration,
     mean_rate,
@@ -41,15 +39,19 @@ from harvester.storage.steady_power import (
     settled_part,
     settled_path,
 )
+from harvester.storage.held_in_ngspice import error_of_circuit
+from harvester.storage.held_stores import StoresOfMany
+from harvester.storage.measured_current import RUNS, Rectifier, measured, time_constant
+from harvester.storage.rectified_current import RectifiedCurrent, reached
+from harvester.storage.rectifier_cut import Cut
+from harvester.storage.slow_circuit import JUDGED, TOLERANCE, SlowCircuit, SlowPath, noise_check
 from harvester.uncertainty.control_variate import controlled
 from harvester.uncertainty.value import Value, mean_and_error
 
 # runs with a held store; times the highest voltage of the slow run
 MANY = 8 * RUNS
 WIDER = 1.25
-# of fluctuating runs; times the slow step and the tolerance there
-PAIRS = 6
-ROUGHER = 4.0
+PAIRS = 6  # of fluctuating runs
 DIRECT = 50.0  # time constants of the mass of the direct run
 # duration of the whole over that of the first measurement; least fraction of runs and direct time
 # in a short budget
@@ -59,7 +61,7 @@ LEAST = 0.1
 
 
 def noisy_power(
-    problem: Problem, cut: Cut, seed: int, deadline: float | None = None
+    problem: Problem, cut: Cut, seed: int = 0, deadline: float | None = None
 ) -> SlowPower | None:
     """The load's stationary mean power behind a cut, under noise; see `SlowPower`.
 
@@ -67,7 +69,7 @@ def noisy_power(
     its place.  A ``deadline`` of `time.perf_counter` makes runs fewer and the direct run shorter;
     None if it would leave less than `LEAST_SHARE` of them.
 
-    Raises as `harvester.storage.steady_power.slow_power`.
+    Raises as `harvester.storage.steady_power.steady_power`.
     """
     assert problem.circuit is not None
     unit = time_constant(problem.equations) / problem.scales.frequency
@@ -76,7 +78,6 @@ def noisy_power(
         for factor in (1.0, ROUGHER)
     )
     step = ROUGHER * unit / FINER
-    count = MANY if Rectifier(problem).ideal else RUNS
     begin = time.perf_counter()
     first = measured(problem, seed=seed).best
     share = 1.0
@@ -85,57 +86,88 @@ def noisy_power(
         share = min((deadline - now) / (WHOLE * (now - begin)), 1.0)
         if share < LEAST_SHARE:
             return None
-        count = round(share * count)
-    top = WIDER * float(rough.run(first, first_duration(rough, first, unit), step).rails.max())
-    table, _, steps, _ = measured(
-        problem, min(top, float(first.voltages[-1])), seed=seed, runs=count
-    )
-    table = table.lagging(0.5 * unit)
+    table, measuring = _table(problem, rough, first, seed, share)
     path, duration, changed = settled_path(circuit, table, unit / FINER, unit)
-    paths = _fluctuating(
+    highest = float(path.rails.max())
+
+    fluctuating = _fluctuating(
         rough, table, min(duration, FIRST * unit), step, seed, PAIRS * [rough.circuit.rest]
     )
-    charge = reached(table, float(path.rails.max()), problem.circuit.smoothing or 0.0)
-    elements, _, more = noise_check(problem, table, charge, None, seed)
-    together = time.perf_counter()
-    gain, direct = _gain(problem, rough, table, paths, share * DIRECT * unit, seed)
-    together = time.perf_counter() - together
-    judge, unknown = error_of_circuit(problem, float(path.rails.max()), seed)
+    seconds = share * DIRECT * unit
+    began = time.perf_counter()
+    gain, direct = _gain(problem, rough, table, fluctuating, seconds, seed)
+    pace = (time.perf_counter() - began) / (JUDGED * seconds)
+    charge = reached(table, highest, problem.circuit.smoothing or 0.0)
+    elements, _, checking = noise_check(problem, table, charge, None, seed)
+    judge, unknown = error_of_circuit(problem, highest, seed)
     less = judge + elements + abs(gain.value)
-    currents = table, table.halved(), table.scaled(1.0 - less), table.shifted()
-    others = [rough.run(current, duration, step) for current in currents]
-    whole = settled_part(duration)
-    shorter = settled_part(float(paths[0].t[-1]))
-
-    def known(name: str, stderr: float = 0.0) -> tuple[Value, float]:
-        """The mean of an integral of the path with its errors, and by how much fluctuations change it."""
-        mean, base, *changed = (mean_rate(run, name, whole) for run in (path, *others))
-        by_voltages, by_less, by_sampling = (other - base for other in changed)
-        short, *changes = (mean_rate(run, name, shorter) for run in (others[0], *paths))
-        change, spread = mean_and_error((np.array(changes) - short).reshape(-1, 2).mean(axis=1))
-        model = abs(by_voltages) + abs(by_less) + judge * mean + abs(change)
-        errors = math.hypot(stderr, by_sampling, spread, gain.normal_stderr * by_less / less)
-        corrected = mean + change - gain.value * by_less / less
-        return Value(corrected, errors, abs(base - mean), model, unknown=unknown), abs(change)
+    checks = {
+        "voltages": Check(table.halved(), "model"),
+        "less": Check(table.scaled(1.0 - less), "model"),
+        "sampling": Check(table.shifted(), "stderr"),
+    }
+    mean = CheckedMean(path, duration, rough, table, checks, step)
 
     assert table.square_error is not None, "noise"
-    power, change = known("square")
-    square, _ = known("piezo", float(table.column_at("square_error", path.rails).mean()))
-    off = max(abs(gain.value), change / max(power.value, 1e-300))
+    of_square = float(table.column_at("square_error", path.rails).mean())
+    power, square = (
+        mean.value(
+            name,
+            judge,
+            unknown,
+            _correction(mean, name, fluctuating, gain.scaled(1.0 / less), stderr),
+        )
+        for name, stderr in (("square", 0.0), ("piezo", of_square))
+    )
+    change = abs(_by_fluctuations(mean, "square", fluctuating)[0])
+    size = max(power.value, 1e-300)
+    off = max(abs(gain.value), change / size)
     return SlowPower(
         power=power.scaled(1.0 / circuit.circuit.resistance),
         square=square,
-        changed=changed / max(power.value, 1e-300),
+        changed=changed / size,
         separation=max(off, abs(gain.value) + gain.sampling95),
         scales_apart=off <= LARGEST_SEPARATION,
-        direct=share * DIRECT * unit,
-        pace=together / (JUDGED * share * DIRECT * unit),
+        direct=seconds,
+        pace=pace,
         duration=duration,
         slow_step=unit / FINER,
-        steps=steps + more + direct + sum(run.steps for run in (path, *others, *paths)),
+        steps=measuring + checking + direct + mean.steps + sum(run.steps for run in fluctuating),
         current=table,
         load=of_load(path),
     )
+
+
+def _table(
+    problem: Problem, circuit: SlowCircuit, first: RectifiedCurrent, seed: int, share: float
+) -> tuple[RectifiedCurrent, int]:
+    """The current by a ``share`` of all runs, up to the voltages that ``first`` leads to."""
+    unit = time_constant(problem.equations) / problem.scales.frequency
+    step = ROUGHER * unit / FINER
+    reaches = circuit.run(first, first_duration(circuit, first, unit), step).rails.max()
+    top = min(WIDER * float(reaches), float(first.voltages[-1]))
+    count = MANY if Rectifier(problem).ideal else RUNS
+    currents = measured(problem, top, seed=seed, runs=round(share * count))
+    return currents.best.lagging(0.5 * unit), currents.steps
+
+
+def _by_fluctuations(
+    mean: CheckedMean, integral: str, fluctuating: list[SlowPath]
+) -> tuple[float, float]:
+    """By how much a fluctuating current changes a mean, and the standard error of that."""
+    part = settled_part(float(fluctuating[0].t[-1]))
+    base, *others = (mean_rate(run, integral, part) for run in (mean.base, *fluctuating))
+    return mean_and_error((np.array(others) - base).reshape(-1, 2).mean(axis=1))
+
+
+def _correction(
+    mean: CheckedMean, integral: str, fluctuating: list[SlowPath], gain: Value, stderr: float
+) -> Correction:
+    """A mean's change by fluctuations, and by the ``gain`` of the direct run in units of "less"."""
+    change, spread = _by_fluctuations(mean, integral, fluctuating)
+    by_less = mean.change(integral, "less")
+    errors = math.hypot(stderr, spread, gain.normal_stderr * by_less)
+    return Correction(change - gain.value * by_less, abs(change), errors)
 
 
 def _fluctuating(
@@ -173,48 +205,71 @@ def _gain(
     first.
     """
     assert problem.circuit is not None
-    eqs = problem.equations
-    scales = problem.scales
-    farads = problem.circuit.smoothing or 0.0
-    whole = compiled_circuit(problem.circuit, scales)
-    h = step_from_rest(eqs)
-    root = np.random.SeedSequence([seed, 11])
-    slow = _fluctuating(
-        circuit, table, seconds, float(paths[0].t[0]), seed, [path.end for path in paths]
-    )
-    full = np.array([0.5 * farads * path.store[-1] ** 2 for path in paths])
-    ends = np.array(
-        [path.square[-1] / whole.resistance + 0.5 * farads * path.store[-1] ** 2 for path in slow]
-    )
-    gained = ends.reshape(-1, 2).mean(axis=1) - full
-    passed = seconds * float(np.mean([path.rails * table.at(path.rails) for path in slow]))
-    runs = Trajectories(eqs, JUDGED, root, h, circuit=whole)
+    whole = compiled_circuit(problem.circuit, problem.scales)
+    half = 0.5 * (problem.circuit.smoothing or 0.0)  # F, of the store
+    ends = [path.end for path in paths]
+    slow = _fluctuating(circuit, table, seconds, float(paths[0].t[0]), seed, ends)
+    full = half * _last(paths, "store") ** 2
+    energies = _last(slow, "square") / whole.resistance + half * _last(slow, "store") ** 2
+    gained = energies.reshape(-1, 2).mean(axis=1) - full
+
     which = np.arange(JUDGED) % len(paths)
+    together, steps = _together(problem, whole, circuit, [ends[k] for k in which], seconds, seed)
+    volts = float(np.mean([path.rails.mean() for path in slow]))
+    charges, more = _charges(problem, volts, seconds, seed)
+    mean = Value(*mean_and_error(charges[JUDGED:]))
+    off = controlled(together - (full + gained)[which], charges[:JUDGED], mean).value
+
+    passed = seconds * float(np.mean([path.rails * table.at(path.rails) for path in slow]))
+    return off.scaled(1.0 / max(float(gained.mean()), LEAST * passed, 1e-300)), steps + more
+
+
+def _last(paths: list[SlowPath], name: str) -> Floats:
+    """The last number of a row of each path."""
+    return np.array([getattr(path, name)[-1] for path in paths])
+
+
+def _together(
+    problem: Problem,
+    whole: CompiledCircuit,
+    circuit: SlowCircuit,
+    states: list[Floats],
+    seconds: float,
+    seed: int,
+) -> tuple[Floats, int]:
+    """The energy (J) of load and store by mass and ``whole`` circuit, and the steps."""
+    assert problem.circuit is not None
+    eqs, scales = problem.equations, problem.scales
+    runs = Trajectories(
+        eqs, len(states), np.random.SeedSequence([seed, 11]), step_from_rest(eqs), circuit=whole
+    )
     rows = runs.state[0, MASS_ROWS:]
-    states = np.array([paths[k].end for k in which]).T
+    begin = np.array(states).T
     for k, (name, *_) in enumerate(circuit.circuit.system.charges):
         if name != "piezo":
-            rows[whole.charge_at(name)] = states[k]
-    to = whole.switches_at
+            rows[whole.charge_at(name)] = begin[k]
     switches = len(whole.system.switches)
+    to = whole.switches_at
     since = circuit.circuit.switches_at
-    rows[to : to + switches] = states[since : since + switches]
-    load = (
-        (eqs.beta or 0.0)
-        * runs.run(seconds * scales.frequency).load
-        * scales.watts
-        * runs.time
-        / scales.frequency
-    )
-    direct = load + 0.5 * farads * rows[whole.voltages_at + 1] ** 2 - (full + gained)[which]
+    rows[to : to + switches] = begin[since : since + switches]
+
+    power = (eqs.beta or 0.0) * runs.run(seconds * scales.frequency).load * scales.watts
+    volts = rows[whole.voltages_at + 1]
+    stored = 0.5 * (problem.circuit.smoothing or 0.0) * volts**2
+    return power * runs.time / scales.frequency + stored, runs.steps
+
+
+def _charges(problem: Problem, volts: float, seconds: float, seed: int) -> tuple[Floats, int]:
+    """The charges (C) of stores that are held at a voltage, and the steps."""
+    eqs = problem.equations
     rectifier = Rectifier(problem)
-    held = rectifier.fast(rectifier.held)
-    many = Trajectories(eqs, MANY if rectifier.ideal else 3 * JUDGED, root, h, circuit=held)
-    volts = float(np.mean([path.rails.mean() for path in slow]))
-    stores = StoresOfMany(many, held, rectifier.held, scales)
-    charges = stores.advance(volts, seconds * scales.frequency).charges
-    mean = Value(*mean_and_error(charges[JUDGED:]))
-    off = controlled(direct, charges[:JUDGED], mean).value
-    return off.scaled(
-        1.0 / max(float(gained.mean()), LEAST * passed, 1e-300)
-    ), runs.steps + many.steps
+    circuit = rectifier.fast(rectifier.held)
+    runs = Trajectories(
+        eqs,
+        MANY if rectifier.ideal else 3 * JUDGED,
+        np.random.SeedSequence([seed, 11]),
+        step_from_rest(eqs),
+        circuit=circuit,
+    )
+    stores = StoresOfMany(runs, circuit, rectifier.held, problem.scales)
+    return stores.advance(volts, seconds * problem.scales.frequency).charges, runs.steps

@@ -5,6 +5,14 @@ import numpy as np
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
+from harvester.storage.checked_mean import (
+    FINER,
+    MOST,
+    first_duration,
+    halves,
+    mean_rate,
+    settled_part,
+)
 from harvester.storage.held_stores import StoreOnPath
 from harvester.storage.measured_current import (
     Rectifier,
@@ -16,14 +24,6 @@ from harvester.storage.measured_current import (
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
-from harvester.storage.steady_power import (
-    FINER,
-    MOST,
-    first_duration,
-    halves,
-    mean_rate,
-    settled_part,
-)
 from harvester.uncertainty.value import Value
 
 # of the current: voltages, times the step, its last change
@@ -43,7 +43,7 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
     off by less than `OFF`, as 47 designs with two chips were, by 4 % at most.  The current is kept
     for other circuits behind the same rectifier.
 
-    Raises as `harvester.storage.steady_power.slow_power`.
+    Raises as `harvester.storage.steady_power.steady_power`.
     """
     assert problem.circuit is not None
     scales = problem.scales

@@ -26,7 +26,7 @@ from harvester.equations.scales import Scales
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
 from harvester.netlists.load_circuit import LoadCircuit
-from harvester.storage.held_stores import Elements, StoresOfMany
+from harvester.storage.held_stores import Elements, StoresOfMany, enough_runs
 from harvester.storage.measured_current import RUNS, Rectifier, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import Cut
@@ -201,7 +201,7 @@ def noise_check(
     root = np.random.SeedSequence([seed, 11])
     h = step_from_rest(eqs)
     steps = 0
-    judged = times_as_many * JUDGED
+    judged = enough_runs(eqs, times_as_many * JUDGED)
     fast = rectifier.fast(held)
     count = times_as_many * RUNS if rectifier.ideal else 2 * judged
 

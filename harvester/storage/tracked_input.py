@@ -21,7 +21,7 @@ from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.bought_parts import Chip
-from harvester.storage.held_stores import StoresOfMany
+from harvester.storage.held_stores import StoresOfMany, enough_runs
 from harvester.storage.measured_current import FADED, RUNS, Rectifier, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.slow_circuit import DIRECT, JUDGED, change_at_95
@@ -63,9 +63,10 @@ def tracked_input(
     direct = law.energies(law.count)
     mean = law.energies(law.count, follows=False)
     change = difference95(direct, mean).scaled(1.0 / float(mean.mean()))
-    elements = change_at_95(law.energies(JUDGED, twice=True), direct)
+    judged = enough_runs(problem.equations, JUDGED)
+    elements = change_at_95(law.energies(judged, twice=True), direct)
     if law.rectifier.ideal:
-        elements += change_at_95(law.energies(JUDGED, compiled=True), direct)
+        elements += change_at_95(law.energies(judged, compiled=True), direct)
     cold, cold_error = law.cold_share() if chip.cold_power > 0.0 else (1.0, 0.0)
     return TrackedInput(
         gain=change.value,
@@ -89,7 +90,8 @@ class _Law:
         self.rectifier = Rectifier(problem)
         self.held = (chip.ratio or 1.0) * opened
         self.steps = 0
-        self.count = RUNS if self.rectifier.ideal else 2 * JUDGED
+        runs = RUNS if self.rectifier.ideal else 2 * JUDGED
+        self.count = enough_runs(problem.equations, runs)
         self.unit = time_constant(problem.equations)
         self.w0 = problem.scales.frequency
         self.root = np.random.SeedSequence([seed, 15])

@@ -13,6 +13,7 @@ from harvester.engines.sampling import LEAST_SHARE
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.mechanics.kernels.moments import Moments
+from harvester.storage.held_stores import enough_runs
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.paired_difference import difference95
 from harvester.uncertainty.value import Value, mean_and_error
@@ -58,7 +59,9 @@ def elasticities(
         model = Compiled().model(scene)
         return Trajectories(scene.equations, count, ROOT, h, circuit=model.circuit, controlled=True)
 
-    first = trajectories(problem, None, TRAJECTORIES)
+    most = enough_runs(problem.equations, TRAJECTORIES)
+    few = enough_runs(problem.equations, FEW)
+    first = trajectories(problem, None, most)
     compile_pair(first)
     begin = time.monotonic()
     deadline = math.inf if budget is None else begin + budget
@@ -71,13 +74,13 @@ def elasticities(
     seconds = 4.0 * (time.monotonic() - now) / share  # that a key takes
     by_key = dict[str, tuple[float, Value]]()
     known = [
-        (*pair, change)
-        for pair in keys_with_elements(problem)
-        if (change := _largest_change(problem, *pair))
+        (key, value, change)
+        for key, value in keys_with_elements(problem)
+        if (change := _largest_change(problem, key, value))
     ]
     part = max(deadline - time.monotonic(), 0.0) / (len(known) * seconds)  # of what all keys take
-    count = round(min(max(part, FEW / TRAJECTORIES), 1.0) * TRAJECTORIES / FEW) * FEW
-    seconds *= count / TRAJECTORIES
+    count = round(min(max(part, few / most), 1.0) * most / few) * few
+    seconds *= count / most
 
     def at(key: str, value: float) -> tuple[Moments, float]:
         """The moments with another value of a key, and the unit of the load's power."""
@@ -94,15 +97,16 @@ def elasticities(
             _logarithm(*at(key, (1.0 + sign * change) * value)) for sign in (1, -1)
         )
         width = math.log1p(change) - math.log1p(-change)
-        slope = difference95(log_more, log_less, (more.controls, less.controls))
+        slope = difference95(log_more, log_less, (more.controls, less.controls), first.together)
         by_key[key] = value, slope.scaled(1.0 / width).with_unknown(Compiled.UNKNOWN)
         seconds = max(seconds, time.monotonic() - begin)  # a key's own circuit is made, too
         report((k + 1) / len(known))
-    mean = mean_and_error(controlled_entries(power.load, power.controls))
+    entries = controlled_entries(power.load, power.controls, first.together)
+    mean, stderr = mean_and_error(entries)
     watts = problem.units.watts * (problem.equations.beta or 0.0)
     left = [key for key, *_ in known if key not in by_key]
-    mean_power = Value(*mean, dof=TRAJECTORIES - 1.0, unknown=Compiled.UNKNOWN).scaled(watts)
-    return mean_power, by_key, left, len(left) * seconds
+    mean_power = Value(mean, stderr, dof=len(entries) - 1.0, unknown=Compiled.UNKNOWN)
+    return mean_power.scaled(watts), by_key, left, len(left) * seconds
 
 
 def _largest_change(problem: Problem, key: str, value: float) -> float:

@@ -590,7 +590,7 @@ def _read(
     direct: NodeCourse | None,
     noise: Fluctuations | None,
 ) -> _Reading:
-    """The courses of a node with the current, with all variants of it, and without mean currents."""
+    """The courses of a node by the current, by its variants, and by a direct run."""
     base = _course(known.table, parts, seconds, noise)
     less = known.elements + (known.separation if direct is None else 0.0)
     lives = _variants(
@@ -603,7 +603,7 @@ def _read(
 
 
 def _of_days(course: NodeCourse, days: float, packets: Value | None) -> Floats:
-    """The packets of each whole day; of a mean current's course with the rate of ``packets``, if they are given."""
+    """The packets of each whole day; with the rate of ``packets`` if they are given."""
     each = packets.value / _rate(course) if packets is not None and course.packets else 1.0
     hours = course.hours[: math.floor(days + ROUNDING) * 24]
     return np.asarray(each * hours.reshape(-1, 24).sum(axis=1).round(6))

@@ -7,6 +7,7 @@ largest difference is its size and the half-width of its 95 % interval together
 (`harvester.uncertainty.value.Value.largest95`): a judge that saw little does not acquit.
 """
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
@@ -19,6 +20,9 @@ from harvester.uncertainty.value import Value, mean_and_error
 Job = TypeVar("Job")
 Row = TypeVar("Row")
 Judgement = TypeVar("Judgement")
+# independent pairs: with fewer the sampling error is known too badly to judge
+FEWEST = 4
+ONE_PAIR = "the sampling of one pair of runs"  # as `Value.unknown`
 
 
 def difference95(
@@ -26,8 +30,9 @@ def difference95(
     low: Floats,
     controls: tuple[Floats | None, Floats | None] = (None, None),
     together: int = 1,
+    random: bool = True,
 ) -> Value:
-    """E[high] - E[low] with its sampling error; no error of one pair, whose noise has none.
+    """E[high] - E[low] with its sampling error, which is unknown of a single pair.
 
     Parameters
     ----------
@@ -38,6 +43,8 @@ def difference95(
         by itself, whichever leaves the smaller spread.
     together
         Number of consecutive entries on one record: their mean is one independent entry.
+    random
+        False for entries that are alike for all noise, so that one pair has the whole difference.
 
     Notes
     -----
@@ -54,13 +61,18 @@ def difference95(
         ]
     entries = min(ways, key=np.std)
     if len(entries) == 1:
-        return Value(float(entries[0]))
+        return Value(float(entries[0]), unknown=ONE_PAIR if random else "")
     return Value(*mean_and_error(entries), dof=len(entries) - 1.0)
 
 
 def share95(difference: Value, size: float) -> float:
-    """The largest difference at 95 % as a part of a ``size`` above 0."""
-    return difference.largest95 / size
+    """The largest difference at 95 % over a ``size`` above 0; infinite if its error is not known."""
+    return math.inf if difference.unknown else difference.largest95 / size
+
+
+def enough_entries(count: int, together: int) -> int:
+    """So many entries, and at least those of `FEWEST` records if consecutive ones share a record."""
+    return count if together == 1 else max(count, FEWEST * together)
 
 
 def half_if_enough(

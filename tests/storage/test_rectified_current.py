@@ -1,5 +1,6 @@
 """The rectifier's current at a held voltage against closed forms, and its table."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,6 +10,7 @@ import harvester as hv
 from harvester.equations.problem import Problem
 from harvester.storage.measured_current import measured
 from harvester.storage.rectified_current import RectifiedCurrent
+from tests.support.paths import EXAMPLES
 
 MASS = 0.02
 STIFFNESS = 1800.0
@@ -74,3 +76,17 @@ def test_the_delay_is_what_the_lag_does_not_make_up():
     one = np.ones(3)
     table = RectifiedCurrent(np.arange(3.0), one * 2e-6, None, one, one, 0.1 * one, 5e-7)
     assert table.delay == pytest.approx(0.25 - 0.1)
+
+
+@pytest.mark.statistics
+def test_runs_on_one_record_are_no_whole_sample():
+    """Under tabulated noise 64 runs share a record: there are some records, whose scatter is the stated error."""
+    noise = hv.Excitation(acceleration_psd_file=str(EXAMPLES / "shake_psd.csv"))
+    scene = dataclasses.replace(hv.load(EXAMPLES / "plate_bridge.toml"), excitation=noise)
+    tables = [
+        measured(Problem.of(scene), 1.0, seed=seed, count=3, runs=64).best for seed in range(12)
+    ]
+    scatter = np.std([table.current for table in tables], axis=0, ddof=1)
+    stated = np.sqrt(np.mean([table.stderr**2 for table in tables], axis=0))
+    # Four records have Student's quantile 3.18 in place of 1.96.
+    assert (0.5 * 1.62 * scatter < stated).all() and (stated < 2.0 * 1.62 * scatter).all()

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from harvester.uncertainty.paired_difference import difference95, half_if_enough, share95
+from harvester.uncertainty.paired_difference import (
+    difference95,
+    enough_entries,
+    half_if_enough,
+    share95,
+)
 from harvester.uncertainty.value import Value
 
 RNG = np.random.default_rng(20261127)
@@ -59,8 +64,23 @@ def test_entries_of_one_record_count_once():
     assert twice.dof == once.dof
 
 
-def test_one_pair_has_no_sampling_error():
-    assert difference95(np.array([3.0]), np.array([1.0])) == Value(2.0)
+def test_one_pair_of_noise_does_not_acquit():
+    """Its sampling error is unknown, so that no size makes the share small; the pair of a drive is all there is."""
+    high, low = np.array([3.0, 3.0]), np.array([1.0, 1.0])
+    found = difference95(high, low, together=2)
+    assert found.value == 2.0
+    assert found.error95 is None and found.unknown
+    assert share95(found, 1e9) == math.inf
+    certain = difference95(high[:1], low[:1], random=False)
+    assert certain == Value(2.0)
+    assert share95(certain, 8.0) == 0.25
+
+
+@pytest.mark.parametrize(
+    ("count", "together", "enough"), [(3, 1, 3), (64, 64, 256), (512, 64, 512)]
+)
+def test_enough_entries_have_some_records(count, together, enough):
+    assert enough_entries(count, together) == enough
 
 
 @pytest.mark.parametrize(("enough", "runs"), [(True, 3), (False, 5)])

@@ -1,7 +1,6 @@
 """Further quantities of the circuit: probes that a user names, and the power of each element."""
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -17,6 +16,7 @@ from harvester.presentation.diagnostic import warning
 from harvester.presentation.glossary import LEDGER
 from harvester.presentation.messages.unknown_parts import STEP, STEP_AND_TOLERANCE, TOLERANCE
 from harvester.presentation.sheet import ERROR_OF
+from harvester.uncertainty.paired_difference import difference95
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value, mean_and_error
 
@@ -97,8 +97,6 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
     noise leave at 95 %: for a mean a third of their difference, for an extreme, which is of no
     order, the whole.  That of ngspice's tolerance is measured as that of the power.
     """
-    from scipy.special import stdtrit
-
     from harvester.cosimulation.same_motion import sizes_of_probes
 
     rows = np.array([run.probed for run in runs.done])
@@ -111,11 +109,12 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
         assert runs.probed_tolerance is not None, "it is known"
         coarse = np.array([run.probed for run in runs.coarse])
         low = 1.0 / (2.0 ** step_order(problem.equations) - 1.0)
-        change = (coarse - rows[: len(coarse)]) * np.array([low, low, 1.0, 1.0])
-        spread = (
-            stdtrit(len(coarse) - 1.0, 0.975) * change.std(axis=0, ddof=1) / math.sqrt(len(coarse))
-        )
-        bias = np.abs(change.mean(axis=0)) + spread + runs.probed_tolerance * sizes_of_probes(mean)
+        changes = [
+            [difference95(coarse[:, k, j], rows[:, k, j]).largest95 for j in range(4)]
+            for k in range(len(watch.all))
+        ]
+        bias = np.array(changes) * np.array([low, low, 1.0, 1.0])
+        bias += runs.probed_tolerance * sizes_of_probes(mean)
 
     def value(probe: int, column: int) -> Value:
         known = (

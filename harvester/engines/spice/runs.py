@@ -96,18 +96,18 @@ class Runs(RunMeans):
         starts = setup.starts and [
             setup.starts[(before + k) % len(setup.starts)] for k in range(count)
         ]
-        given = (
+        measured = worker.measure_in_workers(
             setup.device,
             seeds,
             self.n_steps,
-            setup.settling,
-            self.paired,
-            self.deadline,
-            self.blocks,
-            starts,
+            burn_in=setup.settling,
+            with_control=self.paired,
+            deadline=self.deadline,
+            blocks=self.blocks,
+            starts=starts,
         )
         try:
-            for k, means in enumerate(worker.measure_in_workers(*given)):
+            for k, means in enumerate(measured):
                 self.done.append(means)
                 if self.progress is not None:
                     self.progress((k + 1) / count)
@@ -143,21 +143,19 @@ class Runs(RunMeans):
         if setup.pair is not None:
             seeds = seeds[:FEWEST]
             starts = starts and starts[:FEWEST]
-        given = (
+        measured = worker.measure_in_workers(
             setup.device.coarser(),
             seeds,
             n_steps,
-            setup.settling,
-            False,
-            self.deadline,
-            self.blocks,
-            starts,
+            burn_in=setup.settling,
+            deadline=self.deadline,
+            blocks=self.blocks,
+            starts=starts,
         )
         try:
-            self.coarse.extend(worker.measure_in_workers(*given))
-        except (
-            SimulationError
-        ) as error:  # of a circuit that does not bear the step, or of time that is over
+            self.coarse.extend(measured)
+        # of a circuit that does not bear the step, or of time that is over
+        except SimulationError as error:
             setup.diagnostics.append(warning("step_bias_not_measured", error=str(error)))
 
     def measure_tolerance(self, needed: bool = False) -> None:

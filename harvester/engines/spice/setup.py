@@ -215,9 +215,16 @@ def set_up(
     device = replace(device, h=pilot.h, stride=_stride(pilot), reltol=reltol, gaussian=gaussian)
     unknown = "" if pilot.hopping is None else WELLS
     seconds = time.perf_counter() - begin
-    known = device, burn_in, diagnostics, pair, seconds, starts, from_rest, unknown
     return SpiceSetup(
-        *known, _difference(problem, pilot.h, starts, burn_in, options) if short else {}
+        device=device,
+        burn_in=burn_in,
+        diagnostics=diagnostics,
+        pair=pair,
+        seconds=seconds,
+        starts=starts,
+        burn_in_from_rest=from_rest,
+        unknown=unknown,
+        difference=_difference(problem, pilot.h, starts, burn_in, options) if short else {},
     )
 
 

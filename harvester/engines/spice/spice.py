@@ -5,6 +5,7 @@ import dataclasses
 import math
 import time
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 from harvester.answers.estimate import Estimate
@@ -244,31 +245,31 @@ class Spice(MonteCarloOptions, Engine):
     ) -> tuple[Runs, list[Diagnostic | None]]:
         """The runs of an answer, and the report of their target; again with a shunt if any does not converge."""
         begin = time.monotonic()
-        for k, shunt in enumerate(SHUNTS, 1):
-            try:
-                spent = time.monotonic() - begin  # by the tries before, which the budget holds too
-                so_far = dataclasses.replace(setup.with_shunt(shunt), seconds=setup.seconds + spent)
-                runs, target = self._first_runs(problem, so_far, code, progress)
-                now = time.monotonic()
-                runs.measure_tolerance(
-                    needed=k < len(SHUNTS) and 3.0 * (now - begin) < runs.deadline - now
-                )
-                if target is None:
-                    return runs, []
-                obstacle = exists.obstacle(target.within)
-                reached = refine(runs, target) if obstacle is None else obstacle
-                chosen = runs.setup.chosen(target.within, problem.units.frequency, problem.physical)
-            except ConvergenceError:
-                if k == len(SHUNTS):
-                    raise
-            else:
-                spent = time.monotonic() - begin
-                if self._may_tighten(reached, setup, target.seconds_left - TIGHTER * spent):
-                    tighter = setup.with_tolerance(TENTH * setup.device.reltol, spent)
-                    with contextlib.suppress(CircuitError):
-                        return self._all_runs(problem, tighter, code, exists, progress)
-                return runs, [reached, chosen]
-        raise AssertionError("the last try returns or raises")
+
+        def tried(shunt: float, is_last: bool) -> tuple[Runs, list[Diagnostic | None]]:
+            """The same with a shunt; the tries before are in the budget as well."""
+            spent = time.monotonic() - begin
+            so_far = dataclasses.replace(setup.with_shunt(shunt), seconds=setup.seconds + spent)
+            runs, target = self._first_runs(problem, so_far, code, progress)
+            now = time.monotonic()
+            time_for_another = 3.0 * (now - begin) < runs.deadline - now
+            runs.measure_tolerance(needed=time_for_another and not is_last)
+            if target is None:
+                return runs, []
+            obstacle = exists.obstacle(target.within)
+            reached = refine(runs, target) if obstacle is None else obstacle
+            chosen = runs.setup.chosen(target.within, problem.units.frequency, problem.physical)
+            spent = time.monotonic() - begin
+            if self._may_tighten(reached, setup, target.seconds_left - TIGHTER * spent):
+                tighter = setup.with_tolerance(TENTH * setup.device.reltol, spent)
+                with contextlib.suppress(CircuitError):
+                    return self._all_runs(problem, tighter, code, exists, progress)
+            return runs, [reached, chosen]
+
+        for shunt in SHUNTS[:-1]:
+            with contextlib.suppress(ConvergenceError):
+                return tried(shunt, False)
+        return tried(SHUNTS[-1], True)
 
     def _may_tighten(
         self, reached: Diagnostic | None, setup: SpiceSetup, seconds_left: float
@@ -289,34 +290,39 @@ class Spice(MonteCarloOptions, Engine):
         from harvester.cosimulation import runs as worker
         from harvester.mechanics.kernels.compiled import machine_code
 
-        paired = (
-            setup.pair is not None
-            and self.PAIRING
-            and not self.alone
-            and problem.equations.is_random
-        )
+        pairs = self.PAIRING and not self.alone and problem.equations.is_random
+        paired = pairs and setup.pair is not None
         warm = worker.warm_up_workers(setup.device, paired)
         start = warm if 0 < code == machine_code() else 0.0  # compilation is not in the budget
-        within, budget = number(self.within), number(self.budget)
-        target = (
-            None
-            if within is None
-            else Target(
-                within, budget, time.perf_counter() - setup.seconds - start, gives_up=self.GIVES_UP
-            )
+        target, deadline = self._clocks(setup, start)
+        batch = partial(
+            first_batch,
+            self,
+            problem,
+            paired=paired,
+            controlled=self.CONTROLS and not self.alone,
+            deadline=deadline,
+            progress=progress,
         )
-        deadline = math.inf
-        if budget is not None:
-            left = max(GRACE * budget - setup.seconds, 0.0) + SLACK
-            deadline = time.monotonic() + max(left - start, RUNNING * left)
-        given = paired, self.CONTROLS and not self.alone, deadline, progress
         try:
-            runs = first_batch(self, problem, setup, *given)
+            runs = batch(setup=setup)
         except OutOfTimeError:
             raise
         except CircuitError:
             if setup.starts is None:
                 raise
-            runs = first_batch(self, problem, setup.from_rest(), *given)
+            runs = batch(setup=setup.from_rest())
         runs.warm_up_seconds = warm
         return runs, target
+
+    def _clocks(self, setup: SpiceSetup, start: float) -> tuple[Target | None, float]:
+        """The target, whose budget has setup and ``start`` of workers in it, and the deadline."""
+        within, budget = number(self.within), number(self.budget)
+        target = None
+        if within is not None:
+            clock = time.perf_counter() - setup.seconds - start
+            target = Target(within, budget, clock, gives_up=self.GIVES_UP)
+        if budget is None:
+            return target, math.inf
+        left = max(GRACE * budget - setup.seconds, 0.0) + SLACK
+        return target, time.monotonic() + max(left - start, RUNNING * left)

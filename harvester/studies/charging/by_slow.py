@@ -290,8 +290,8 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
 def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     """One run of a chip under a drive."""
     from harvester.cosimulation.charging import first_passages
+    from harvester.storage.checked_mean import FINER
     from harvester.storage.slow_circuit import SlowCircuit, direct_check
-    from harvester.storage.steady_power import FINER
 
     problem, levels = runs.problem, runs.levels
     scales, circuit = problem.scales, problem.circuit

@@ -206,33 +206,10 @@ def _answer(
     by_default: bool,
 ) -> ChargingResult:
     """The answer in the scene's units; arguments as of `ChargingResult`, ``by_default``: nobody chose the duration."""
-    s, units = problem.scales, problem.units
-    clock = s.frequency / units.frequency
-    scale = problem.in_circuit(probe.unit)
-    watts = units.watts / s.watts
-    curves = passages.curves / scale
+    clock = problem.scales.frequency / problem.units.frequency
+    levels = [_level(problem, passages, k, probe) for k in range(len(passages.levels))]
+    curves = passages.curves / problem.in_circuit(probe.unit)
     runs = len(curves)
-    stored = probe.name == STORE and passages.capacitance > 0.0
-    levels = []
-    below = 0.0
-    for k, voltage in enumerate(passages.levels):
-        energy = 0.5 * passages.capacitance * float(voltage) ** 2
-        power = passages.power_between(k, energy - below) if stored else None
-        mean = passages.time_to(k)
-        low = passages.quantile(LOW, k)
-        high = passages.quantile(HIGH, k)
-        levels.append(
-            Level(
-                voltage=float(voltage) / scale,
-                energy=energy * watts * clock if stored else None,
-                reached=float(np.isfinite(passages.times[:, k]).mean()),
-                time=None if mean is None else mean.scaled(clock),
-                low=None if low is None else low * clock,
-                high=None if high is None else high * clock,
-                power=None if power is None else power.scaled(watts),
-            )
-        )
-        below = energy
     entries = passages.independent(curves)
     stderr = None if runs == 1 else entries.std(axis=0, ddof=1) / math.sqrt(len(entries))
     low_curve, high_curve = np.quantile(curves, [LOW, HIGH], axis=0)
@@ -268,6 +245,29 @@ def _answer(
             *passages.notes,
             *_known(engine, runs),
         ),
+    )
+
+
+def _level(problem: Problem, passages: Passages, k: int, probe: Probe) -> Level:
+    """A level on the way in the scene's units, with its time, and a store's energy and power."""
+    clock = problem.scales.frequency / problem.units.frequency
+    watts = problem.units.watts / problem.scales.watts
+    time = passages.time_to(k)
+    low = passages.quantile(LOW, k)
+    high = passages.quantile(HIGH, k)
+    energy = power = None
+    if probe.name == STORE and passages.capacitance > 0.0:
+        joules = 0.5 * passages.capacitance * passages.levels**2
+        energy = float(joules[k]) * watts * clock
+        power = passages.power_between(k, float(joules[k] - (joules[k - 1] if k else 0.0)))
+    return Level(
+        voltage=float(passages.levels[k]) / problem.in_circuit(probe.unit),
+        energy=energy,
+        reached=float(np.isfinite(passages.times[:, k]).mean()),
+        time=None if time is None else time.scaled(clock),
+        low=None if low is None else low * clock,
+        high=None if high is None else high * clock,
+        power=None if power is None else power.scaled(watts),
     )
 
 

@@ -125,14 +125,9 @@ def optimise(
     '1.02'
     """
     target = Objective.of(objective)
-    (circuits, ranges) = varied(vary)
+    circuits, ranges = varied(vary)
     kind = kind_of_search(vary, objective, constraints, spread, lifetime)
-    if points is not None and target.second is None:
-        raise InputError(
-            "`points` must be used with a second quantity in `objective`, but there is none"
-        )
-    if points is not None and not 2 <= points <= MOST_POINTS:
-        raise invalid("`points`", f"be between 2 and {MOST_POINTS}", points)
+    _check_points(points, target)
     with working(execution.progress) as progress:
         if kind == "circuits":
             return best_circuit(
@@ -145,15 +140,12 @@ def optimise(
                 execution=execution,
             )
         folder = OutputFolder.of(execution)
-        if kind == "plain":
-            return Search.begin(
-                SearchRequest.of(scene, ranges, engine, within, budget), progress
-            ).finish(folder)
-        if target.second is not None and not spread and target.share is None and _samples(engine):
+        devices_differ = bool(spread) or target.share is not None
+        by_samples = target.second is not None and _samples(engine) and not devices_differ
+        if kind == "plain" or by_samples:
             request = SearchRequest.of(scene, ranges, engine, within, budget)
-            answer = sampled_front(request, target.second, constraints, lifetime, progress)
         else:
-            robust = robust_request(
+            request = robust_request(
                 scene,
                 ranges,
                 objective=target,
@@ -164,12 +156,29 @@ def optimise(
                 within=within,
                 budget=budget,
             )
-            if target.second is None:
-                return under_limits(robust, progress, folder)
-            answer = front(robust, points or POINTS, progress)
+        if kind == "plain":
+            return Search.begin(request, progress).finish(folder)
+        if target.second is None:
+            return under_limits(request, progress, folder)
+        if by_samples:
+            answer = sampled_front(request, target.second, constraints, lifetime, progress)
+        else:
+            answer = front(request, points or POINTS, progress)
         if folder is not None:
             _write_front(folder, answer, Problem.of(scene), ranges, constraints)
         return answer
+
+
+def _check_points(points: int | None, target: Objective) -> None:
+    """Raise InputError for a number of points out of range, and without a second quantity."""
+    if points is None:
+        return
+    if target.second is None:
+        raise InputError(
+            "`points` must be used with a second quantity in `objective`, but there is none"
+        )
+    if not 2 <= points <= MOST_POINTS:
+        raise invalid("`points`", f"be between 2 and {MOST_POINTS}", points)
 
 
 def kind_of_search(

@@ -114,7 +114,7 @@ def test_what_the_ledgers_tell(ledger, told):
 def ended(count):
     """Measurements of which ``count`` end before the deadline."""
 
-    def measure(*_):
+    def measure(*_, **__):
         yield from made_up().done[:count]
         raise OutOfTimeError("ngspice stopped at 1 s of 5 s")
 
@@ -133,7 +133,7 @@ def test_of_a_budget_that_ends_early_some_goes_to_the_error_of_the_step(monkeypa
     """Sixteen runs were made, and none of twice the step; now a few of both come first, and a rest is left."""
     calls = []
 
-    def measure(device, seeds, *_):
+    def measure(device, seeds, *_, **__):
         calls.append((device, len(seeds)))
         yield from made_up().done[: len(seeds)]
 
@@ -181,8 +181,8 @@ def test_the_start_of_the_processes_is_in_the_budget(monkeypatch, files, warm, l
     """Unless they compiled kernels, which gives the cache another file; half of the time is the runs' in any case."""
     found = []
 
-    def measure(*given):
-        found.append(given[5] - time.monotonic())
+    def measure(*_, deadline, **__):
+        found.append(deadline - time.monotonic())
         raise CircuitError("it is enough to know the deadline")
 
     monkeypatch.setattr("harvester.mechanics.kernels.compiled.machine_code", iter(files).__next__)
