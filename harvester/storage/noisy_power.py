@@ -25,7 +25,8 @@ from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.held_in_ngspice import error_of_circuit
-from harvester.storage.measured_current import RUNS, HeldRuns, Rectifier, measured, time_constant
+from harvester.storage.held_stores import StoresOfMany
+from harvester.storage.measured_current import RUNS, Rectifier, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached
 from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import JUDGED, TOLERANCE, SlowCircuit, SlowPath, noise_check
@@ -210,9 +211,8 @@ def _gain(
     held = rectifier.fast(rectifier.held)
     many = Trajectories(eqs, MANY if rectifier.ideal else 3 * JUDGED, root, h, circuit=held)
     volts = float(np.mean([path.rails.mean() for path in slow]))
-    charges = HeldRuns(many, held, rectifier.held, scales).advance(
-        volts, seconds * scales.frequency
-    )[0]
+    stores = StoresOfMany(many, held, rectifier.held, scales)
+    charges = stores.advance(volts, seconds * scales.frequency).charges
     mean = Value(*mean_and_error(charges[JUDGED:]))
     off = controlled(direct, charges[:JUDGED], mean).value
     return off.scaled(

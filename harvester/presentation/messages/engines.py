@@ -210,7 +210,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "closed_form": "no sampling or model error: the linear equations are solved exactly (up to rounding)",
     "closed_form_joined": "no sampling error: the linear equations are solved exactly; the error is that of "
     "the unrecorded join between the recording's end and its beginning",
-    "theory": "no sampling error: a theory; the model error is estimated from its small parameters",
+    "theory": "no sampling error: a formula; the model error is estimated from its small parameters",
     "published_formula": "no sampling error: a formula; it does not estimate its model error",
     "published_stop": "with a stop the published V, harmonic about zero, is wrong: the true V has no mean and only "
     "even harmonics, so E[V^2] and the power come out too high, about four times at the paper's parameters: use "
