@@ -234,8 +234,8 @@ def cosimulate(
         NamedTuple of numbers.
     within : float or str, optional
         Target relative error (95 %) of the mean power, 0.01 or "1%". ``step`` and ``tolerance`` are
-        made smaller on the same noise, and the mean is over paths with further noise, until the
-        errors of step and sampling together are within it. The arrays are those of one path.
+        made smaller on the same noise, and the mean is over paths with further noise, until its
+        whole error is within it. The arrays are those of one path.
 
     Returns
     -------
@@ -350,7 +350,7 @@ def _run(
 
 
 def _read_options(options: PathOptions) -> ChosenOptions:
-    """The options with their defaults; raises InputError for an unknown one, with the nearest match."""
+    """The options with their defaults; InputError for an unknown one, with the nearest match."""
     for name in options:
         if name not in PathOptions.__annotations__:
             known = ["model", "circuit", "port", "start", "duration", "step"]

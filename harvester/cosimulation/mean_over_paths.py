@@ -1,8 +1,8 @@
 """A user's model until its mean power has an asked error, which step, tolerance and sampling make.
 
 The step is halved, with a quarter of ngspice's tolerance, on the same noise; the change of
-the mean power is its error, whatever the order of the model's own functions.  Paths with further noise
-give its sampling error.  Whichever is larger is made smaller.
+the mean power is its error, whatever the order of the model's own functions.  Paths with further
+noise give its sampling error.  Whichever is larger is made smaller.
 """
 
 import dataclasses

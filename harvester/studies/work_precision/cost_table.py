@@ -109,7 +109,7 @@ class Cost(TableResult):
 
     @property
     def seconds_needed(self) -> Table:
-        """The seconds in which each engine reaches each of `SHOWN`, and the fastest that was measured.
+        """The seconds of each engine to each of `SHOWN`, and the fastest that was measured.
 
         Beside a measured time stands its prediction, from rows with larger errors.
         """
@@ -117,7 +117,9 @@ class Cost(TableResult):
         for name in self.engines:
             cells = [self._cell(name, target) for target in SHOWN]
             columns.append(Column(name, cells, label=name))
-        title = "seconds to know the mean power (~: predicted; -: its biases are not known to be smaller)"
+        title = (
+            "seconds to the mean power (~: predicted; -: its biases are not known to be smaller)"
+        )
         fastest = Column("fastest", [self.fastest(target)[0] for target in SHOWN])
         return Table((*columns, fastest), title)
 
@@ -141,14 +143,14 @@ class Cost(TableResult):
         return (*[note("step_bias_not_counted")] * unknown, *failed, *refused)
 
     def fastest(self, target: float) -> tuple[str, float | None]:
-        """The engine that reached a total error in the least time, and that; an empty name if none did."""
+        """The engine that reached a total error first, and its seconds; an empty name if none did."""
         needed = {name: self.needed(name, target) for name in self.engines}
         measured = {name: n[0] for name, n in needed.items() if n is not None and n[1]}
         name = min(measured, key=lambda name: measured[name], default="")
         return name, measured.get(name)
 
     def needed(self, engine: str, within: float) -> tuple[float, bool] | None:
-        """The seconds in which an engine reaches a total error, and whether they were measured or (False) predicted.
+        """The seconds of an engine to a total error, measured (True) or predicted (False).
 
         Measured: the fastest row that reaches it; predicted: `predicted`, None if there is none.
         """
@@ -185,7 +187,7 @@ class Cost(TableResult):
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """The places of the points (seconds, error) that no other equals or betters in both, fastest first."""
+    """Places of the points (seconds, error) that no other is as good as in both, fastest first."""
     best: list[int] = []
     for index in sorted(range(len(points)), key=lambda k: points[k]):
         if not best or points[index][1] < points[best[-1]][1]:
