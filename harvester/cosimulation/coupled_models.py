@@ -1,4 +1,4 @@
-"""A model of the user's own and an ngspice circuit that act on each other inside the step: the function and its answer.
+"""A user's model and an ngspice circuit that act on each other inside the step, and the answer.
 
 Long because the function and its answer explain their arguments and arrays to users.
 """

@@ -49,7 +49,7 @@ class CostRow:
 
 
 class Cost(TableResult):
-    """The cost of accuracy: all rows, the reference that they are measured against, and the engines that refused.
+    """The cost of accuracy: all rows, their reference, and the engines that refused.
 
     ``reference`` names the finest engine, ``power`` is its mean power.
     """
