@@ -1,4 +1,4 @@
-"""A model of the user's own and an ngspice circuit that act on each other inside the step: the function and its answer.
+"""A user's model and an ngspice circuit that act on each other inside the step, and the answer.
 
 Long because the function and its answer explain their arguments and arrays to users.
 """
@@ -6,29 +6,30 @@ Long because the function and its answer explain their arguments and arrays to u
 import math
 import tempfile
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
 from harvester.answers.open_balance import open_balance
 from harvester.arrays import Floats
+from harvester.cosimulation.mean_over_paths import MeanOverPaths
 from harvester.cosimulation.model_protocol import can_be_compiled, check_model
-from harvester.cosimulation.model_runs import ModelJob, packed, run_model
+from harvester.cosimulation.model_runs import ModelJob, ModelRun, packed, run_model
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
 from harvester.cosimulation.ports import Coil, Piezo, Port
 from harvester.cosimulation.worker_pool import map_in_workers
-from harvester.errors import InputError, invalid, names_arguments
+from harvester.errors import InputError, UnknownArgumentError, invalid, unknown
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import read_probes
 from harvester.presentation import drawing
-from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.glossary import LEDGER
 from harvester.presentation.messages.unknown_parts import STEP_AND_TOLERANCE
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
-from harvester.quantities.units import time
+from harvester.quantities.units import fraction, time
 from harvester.scene.load import Load
 from harvester.uncertainty.value import Value
 
@@ -57,7 +58,7 @@ class Cosimulation(TableResult):
     events : ndarray
         the times of the model's events, shape (m,) (s).
     mean_power : Value
-        of Rload, over the whole path (W).
+        of Rload, over the whole path (W); with ``within`` over several paths, with its whole error.
     ledger : dict
         mean powers (W) over the whole path: ``ledger_input`` is the work of the model against the
         port's reaction, ``ledger_load`` flows into Rload, ``ledger_circuit`` is lost in the rest of
@@ -160,7 +161,31 @@ class Cosimulation(TableResult):
         return Table((Column("end", ["least", "largest"]), *ends), "On this path")
 
 
-@names_arguments
+class PathOptions(TypedDict, total=False):
+    """The options of `cosimulate`, by keyword."""
+
+    seed: int
+    probe: Sequence[str]
+    every: int
+    tolerance: float
+    volts: float
+    compiled: bool | None
+    within: float | str | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChosenOptions:
+    """The values of `PathOptions`, with the defaults of those that are not given."""
+
+    seed: int = 0
+    probe: Sequence[str] = ()
+    every: int = 1
+    tolerance: float = 1e-4
+    volts: float = 1.0
+    compiled: bool | None = None
+    within: float | str | None = None
+
+
 def cosimulate(
     model: Any,
     circuit: Load | str,
@@ -168,12 +193,7 @@ def cosimulate(
     start: Any,
     duration: float | str,
     step: float | str,
-    seed: int = 0,
-    probe: Sequence[str] = (),
-    every: int = 1,
-    tolerance: float = 1e-4,
-    volts: float = 1.0,
-    compiled: bool | None = None,
+    **options: Unpack[PathOptions],
 ) -> Cosimulation:
     """Run a model of the user's own and an ngspice circuit in lock-step: each acts on the other inside the step.
 
@@ -193,6 +213,11 @@ def cosimulate(
         and currents.
     duration, step : float or str
         in seconds, or as texts such as "2 s" and "1 ms".
+    options
+        By keyword; listed below.
+
+    Other Parameters
+    ----------------
     seed : int, default 0
         of the noise: the same seed, the same path.
     probe : list of str, optional
@@ -207,6 +232,10 @@ def cosimulate(
     compiled : bool, optional
         True: numba compiles the model; False: it runs in plain Python; None: compiled if it is a
         NamedTuple of numbers.
+    within : float or str, optional
+        Target relative error (95 %) of the mean power, 0.01 or "1%". ``step`` and ``tolerance`` are
+        made smaller on the same noise, and the mean is over paths with further noise, until its
+        whole error is within it. The arrays are those of one path.
 
     Returns
     -------
@@ -241,9 +270,11 @@ def cosimulate(
     Traceback (most recent call last):
     harvester.errors.InputError: `model` must have the functions drift, kick, source, but 'Oscillator' has no source
     """
+    given = _read_options(options)
     span, h = _time("duration", duration), _time("step", step)
+    within = None if given.within is None else _share("within", given.within)
     steps = max(math.ceil(span / h * (1.0 - 1e-9)), 1)
-    _check_options(span, steps, every, seed, tolerance, volts)
+    _check_options(span, steps, given)
     _check_port(port)
     check_model(model, start, h)
     for name in start._fields:
@@ -253,13 +284,13 @@ def cosimulate(
                 f"have no number of the name {', '.join(COLUMNS)}, which are columns",
                 name,
             )
-    if compiled and not can_be_compiled(model):
+    if given.compiled and not can_be_compiled(model):
         raise invalid("`model`", "be a NamedTuple of numbers for `compiled`=True", model)
     load = _circuit(circuit, port)
-    texts = [probe] if isinstance(probe, str) else list(probe)
+    texts = [given.probe] if isinstance(given.probe, str) else list(given.probe)
     probes = read_probes(texts, load)
     find_library()
-    whole = can_be_compiled(model) if compiled is None else compiled
+    whole = can_be_compiled(model) if given.compiled is None else given.compiled
     job = ModelJob(
         model=model,
         start=start,
@@ -267,14 +298,14 @@ def cosimulate(
         port=port,
         h=h,
         steps=steps,
-        stride=every,
-        seed=seed,
-        tolerances=(tolerance, volts),
+        stride=given.every,
+        seed=given.seed,
+        tolerances=(given.tolerance, given.volts),
         probes=probes,
         compiled=whole,
     )
     try:
-        run = next(map_in_workers(run_model, [(packed(job),)]))
+        job, run, power, about_error = _run(job, within)
     except Exception as error:  # without the worker's own traceback: a note has the model's line
         raise error.with_traceback(None) from None
     state = {name: run.samples[:, k] for k, name in enumerate(start._fields)}
@@ -283,24 +314,60 @@ def cosimulate(
         LEDGER + name: getattr(run.ledger, name) for name in ("input", "circuit", "load", "stored")
     }
     return Cosimulation(
-        time=h * every * np.arange(len(run.samples), dtype=np.float64),
+        time=job.h * job.stride * np.arange(len(run.samples), dtype=np.float64),
         state=state,
         voltage=run.samples[:, -3],
         current=run.samples[:, -2],
         load_power=run.samples[:, -1],
         events=run.events,
-        mean_power=Value(run.ledger.load, unknown=STEP_AND_TOLERANCE),
+        mean_power=power,
         ledger=ledger,
         ledger_residual=run.ledger.residual,
-        step=h,
+        step=job.h,
         steps=run.steps,
         seconds=run.seconds,
         compilation_seconds=run.compilation,
         compiled=whole,
         probes={probe.name: values for probe, values in zip(probes, run.probed, strict=True)},
         probe_units={probe.name: probe.unit for probe in probes},
-        diagnostics=(*([] if remark is None else [remark]), note("model_path")),
+        diagnostics=tuple(said for said in (remark, about_error) if said is not None),
     )
+
+
+def _run(
+    job: ModelJob, within: float | None
+) -> tuple[ModelJob, ModelRun, Value, Diagnostic | None]:
+    """The job at its last step, its path, the mean power (W), and a remark on its error."""
+    if within is None:
+        run = next(map_in_workers(run_model, [(packed(job),)]))
+        return job, run, Value(run.ledger.load, unknown=STEP_AND_TOLERANCE), note("model_path")
+    paths = MeanOverPaths(job)
+    power, reached = paths.to(within)
+    assert paths.first is not None, "the first path has the seed of the job"
+    error = power.known_error95 / abs(power.value) if power.value else None
+    missed = None if reached else warning("paths_missed", within=within, error=error)
+    return paths.finest(), paths.first, power, missed
+
+
+def _read_options(options: PathOptions) -> ChosenOptions:
+    """The options with their defaults; InputError for an unknown one, with the nearest match."""
+    for name in options:
+        if name not in PathOptions.__annotations__:
+            known = ["model", "circuit", "port", "start", "duration", "step"]
+            known += PathOptions.__annotations__
+            raise unknown("argument of cosimulate", name, known, UnknownArgumentError)
+    return ChosenOptions(**options)
+
+
+def _share(name: str, value: float | str) -> float:
+    """A relative error between 0 and 1."""
+    try:
+        share = fraction(value if isinstance(value, str) else repr(float(value)))
+    except (TypeError, ValueError):
+        share = math.nan
+    if not 0.0 < share < 1.0:
+        raise invalid(f"`{name}`", "be a relative error between 0 and 1, such as 0.01", value)
+    return share
 
 
 def _time(name: str, value: float | str) -> float:
@@ -311,21 +378,19 @@ def _time(name: str, value: float | str) -> float:
         raise invalid(f"`{name}`", "be a time above 0, such as 0.001 or '1 ms'", value) from None
 
 
-def _check_options(
-    span: float, steps: int, every: int, seed: int, tolerance: float, volts: float
-) -> None:
+def _check_options(span: float, steps: int, given: ChosenOptions) -> None:
     """Refuse values that are not numbers, or out of range."""
-    _check_integer("every", every, 1, steps)
-    _check_integer("seed", seed, 0, 2**63)
-    if steps > MOST_STEPS or steps // every > MOST_READINGS:
+    _check_integer("every", given.every, 1, steps)
+    _check_integer("seed", given.seed, 0, 2**63)
+    if steps > MOST_STEPS or steps // given.every > MOST_READINGS:
         must = (
             f"have at most {MOST_STEPS} steps of `step`, and {MOST_READINGS} readings (see `every`)"
         )
         raise invalid("`duration`", must, span)
-    if not 1e-9 <= tolerance <= 1e-2:
-        raise invalid("`tolerance`", "be between 1e-9 and 1e-2", tolerance)
-    if not 1e-9 <= volts <= 1e9:
-        raise invalid("`volts`", "be between 1e-9 and 1e9", volts)
+    if not 1e-9 <= given.tolerance <= 1e-2:
+        raise invalid("`tolerance`", "be between 1e-9 and 1e-2", given.tolerance)
+    if not 1e-9 <= given.volts <= 1e9:
+        raise invalid("`volts`", "be between 1e-9 and 1e9", given.volts)
 
 
 def _check_port(port: Any) -> None:

@@ -1,5 +1,6 @@
 """Runs of ngspice in lock-step with a model of the user's own, in this process, which is a worker."""
 
+import math
 import pickle
 import sys
 import time
@@ -36,7 +37,8 @@ class ModelJob:
     """A model, its circuit, and how they run: arguments as of `harvester.cosimulation.coupled_models.cosimulate`.
 
     ``tolerances`` are ngspice's relative tolerance, and the voltage to which its absolute ones are
-    relative (V).
+    relative (V).  The noise is that of a step of 2^``halvings`` h, refined; each ``path`` of a seed
+    has its own.
     """
 
     model: Any
@@ -50,6 +52,8 @@ class ModelJob:
     tolerances: tuple[float, float]
     probes: tuple[Probe, ...]
     compiled: bool
+    halvings: int = 0
+    path: int = 0
 
     @property
     def capacitance(self) -> float:
@@ -115,7 +119,7 @@ def run_model(data: bytes) -> ModelRun:
     job = _unpacked(data)
     coil = isinstance(job.port, Coil)
     piezo = job.capacitance
-    noise = np.random.default_rng(np.random.SeedSequence(job.seed)).standard_normal((job.steps, 2))
+    noise = noise_of(job)
     start = np.array(job.start, dtype=np.float64)
     coefficients = coefficients_of(job.model) if job.compiled else np.empty(0)
     exact = job.load.linear and not coil  # the rule of a load resistor is exact for each drift
@@ -170,6 +174,22 @@ def run_model(data: bytes) -> ModelRun:
         seconds=time.perf_counter() - middle,
         compilation=middle - begin,
     )
+
+
+def noise_of(job: ModelJob) -> Floats:
+    """Normal variates of the halves of each step, shape (steps, 2).
+
+    A step of the finer job is half a step of the coarser one, and its two halves have that half's
+    variate n as their sum: (n + z)/sqrt 2 and (n - z)/sqrt 2, with z independent of n.
+    """
+    seed = np.random.SeedSequence(job.seed, spawn_key=(job.path,) if job.path else ())
+    first, *others = [seed, *seed.spawn(job.halvings)]
+    variates = np.random.default_rng(first).standard_normal((job.steps >> job.halvings, 2)).ravel()
+    for finer in others:
+        z = np.random.default_rng(finer).standard_normal(len(variates))
+        halves = np.stack([variates + z, variates - z], axis=1)
+        variates = (math.sqrt(0.5) * halves).ravel()
+    return variates.reshape(job.steps, 2)
 
 
 def _bound(model: Any) -> Functions:

@@ -151,7 +151,7 @@ class Cheapest(MonteCarloOptions, Engine):
         return _because(best.answer, why, within, error, needed=needed)
 
     def _for_netlist(self, problem: Problem) -> list[type[Slow | Compiled | Spice]]:
-        """The engines for a netlist, the cheapest first; `Spice` knows its error whatever the circuit."""
+        """The engines for a netlist, the cheapest first; `Spice` always knows its error."""
         kinds: list[type[Slow | Compiled | Spice]] = []
         free = (self.trajectories, self.duration, self.dt) == (None, None, None)
         if free and is_slow(problem):
@@ -174,7 +174,7 @@ class Cheapest(MonteCarloOptions, Engine):
         return kind(**{**given, "budget": budget})
 
     def _unaveraged(self, problem: Problem, progress: Progress | None) -> Estimate:
-        """The answer of `Density` if sampling needs very long to reach ``within``, else of `Ensemble`."""
+        """The answer of `Density` if sampling would be far longer, else of `Ensemble`."""
         within, budget = number(self.within), number(self.budget)
         if within is not None and within <= FINER_THAN_SAMPLING and not Density.refusal(problem):
             return Density(within=within, budget=budget).run(problem, progress)
@@ -244,7 +244,7 @@ class Tried:
 
 
 def formula(problem: Problem) -> type[Formula]:
-    """The formula that knows its own error best: `Exact` for linear equations, else `Averaged`, which may refuse."""
+    """The formula with the best known error: `Exact` if linear, else `Averaged`, which may refuse."""
     return Averaged if Exact.refusal(problem) else Exact
 
 

@@ -8,11 +8,18 @@ with ngspice 39.3 on 23 November 2026, the last on 25 November; minutes each.
 """
 
 import dataclasses
+import time
+from types import SimpleNamespace
 
 import pytest
 
 import harvester as hv
+from harvester.engines.compiled import Compiled
 from harvester.engines.selection import default_engine
+from harvester.engines.slow import AVERAGING, TOGETHER
+from harvester.equations.problem import Problem
+from harvester.errors import SimulationError
+from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.presentation.diagnostic import has
 from harvester.storage import noisy_power
 from tests.support.paths import EXAMPLES
@@ -206,3 +213,29 @@ def test_it_is_for_chips_under_a_drive_or_noise():
     for name in ("plate_bridge", "bimorph_self_powered_sshi", "plate"):
         with pytest.raises(hv.CannotServeError):
             hv.run(EXAMPLES / f"{name}.toml", "slow")
+
+
+def test_a_direct_run_under_noise_is_as_long_as_the_budget_allows(monkeypatch):
+    """By the measured cost of mass and circuit together; a run that would be too short is left out."""
+    problem = Problem(under_noise("ltc3588", "0.47 uF"))
+    asked = []
+
+    def run(self, problem, progress=None):
+        asked.append((self.duration, self.budget))
+        raise SimulationError("it is enough to know what was asked for")
+
+    monkeypatch.setattr(Compiled, "run", run)
+
+    def directly(pace, seconds):
+        """The options of a run, at so many seconds of computing per simulated second."""
+        solution = SimpleNamespace(duration=8.0, pace=pace, separation=0.1)
+        deadline = time.perf_counter() + seconds
+        assert hv.Slow(budget=seconds)._directly(problem, solution, None, deadline) is None
+        return asked
+
+    assert directly(pace=10.0, seconds=1.0) == []  # 2 s would need an hour
+    (duration, budget), *_ = directly(pace=1e-3, seconds=60.0)
+    assert duration == pytest.approx(TOGETHER * 8.0) and budget == pytest.approx(60.0, abs=1.0)
+    asked.clear()
+    (shorter, _), *_ = directly(pace=0.1, seconds=20.0)
+    assert shorter == pytest.approx(AVERAGING * 20.0 / (BATCH * 0.1), rel=0.05)

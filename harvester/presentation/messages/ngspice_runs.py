@@ -110,8 +110,21 @@ def _stores(share: float) -> str:
     )
 
 
+def _paths_missed(within: float, error: float | None) -> str:
+    known = (
+        "the mean is not distinguishable from zero"
+        if error is None
+        else f"the error is {in_percent(error)}"
+    )
+    return (
+        f"`within` {in_percent(within)} was not reached: {known}; give a smaller `step` or a longer "
+        "`duration`"
+    )
+
+
 MESSAGES: dict[str, str | Callable[..., str]] = {
     # a model of the user's own
+    "paths_missed": _paths_missed,
     "model_path": "one trajectory at one step: half of `step` and a tenth of `tolerance` show its error",
     "stand_in": "ngspice ran on a device of {mass:g} kg, w0 = {frequency:g} rad/s, Cp = {capacitance:g} F, theta = "
     "{coupling:.4g} N/V; results are nondimensional",

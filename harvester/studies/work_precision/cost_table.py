@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TARGETS = (0.1, 0.03, 0.01, 0.003)
+SHOWN = (*TARGETS, 0.001)  # the last one predicted, or measured by chance
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class CostRow:
 
 
 class Cost(TableResult):
-    """The cost of accuracy: all rows, the reference that they are measured against, and the engines that refused.
+    """The cost of accuracy: all rows, their reference, and the engines that refused.
 
     ``reference`` names the finest engine, ``power`` is its mean power.
     """
@@ -108,20 +109,26 @@ class Cost(TableResult):
 
     @property
     def seconds_needed(self) -> Table:
-        """The seconds in which each engine reaches each of `TARGETS`, and the fastest that was measured."""
-        columns = [Column("within", [100.0 * target for target in TARGETS], "%")]
-        by_engine = {
-            name: [self.needed(name, target) for target in TARGETS] for name in self.engines
-        }
-        for name, needed in by_engine.items():
-            cells = [
-                "-" if n is None else f"{'' if n[1] else '~'}{two_digits(n[0])}" for n in needed
-            ]
+        """The seconds of each engine to each of `SHOWN`, and the fastest that was measured.
+
+        Beside a measured time stands its prediction, from rows with larger errors.
+        """
+        columns = [Column("within", [100.0 * target for target in SHOWN], "%")]
+        for name in self.engines:
+            cells = [self._cell(name, target) for target in SHOWN]
             columns.append(Column(name, cells, label=name))
-        title = "seconds to know the mean power (~: a prediction; -: its biases are not known to be smaller)"
-        return Table(
-            (*columns, Column("fastest", [self.fastest(target)[0] for target in TARGETS])), title
+        title = (
+            "seconds to the mean power (~: predicted; -: its biases are not known to be smaller)"
         )
+        fastest = Column("fastest", [self.fastest(target)[0] for target in SHOWN])
+        return Table((*columns, fastest), title)
+
+    def _cell(self, engine: str, within: float) -> str:
+        """The seconds to an error, measured and predicted."""
+        needed, predicted = self.needed(engine, within), self.predicted(engine, within)
+        texts = [] if needed is None or not needed[1] else [two_digits(needed[0])]
+        texts += [] if predicted is None else [f"~{two_digits(predicted)}"]
+        return " ".join(texts) or "-"
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -136,36 +143,43 @@ class Cost(TableResult):
         return (*[note("step_bias_not_counted")] * unknown, *failed, *refused)
 
     def fastest(self, target: float) -> tuple[str, float | None]:
-        """The engine that reached a total error in the least time, and that; an empty name if none did."""
+        """The engine that reached a total error first, and its seconds; an empty name if none did."""
         needed = {name: self.needed(name, target) for name in self.engines}
         measured = {name: n[0] for name, n in needed.items() if n is not None and n[1]}
         name = min(measured, key=lambda name: measured[name], default="")
         return name, measured.get(name)
 
     def needed(self, engine: str, within: float) -> tuple[float, bool] | None:
-        """The seconds in which an engine reaches a total error, and whether they were measured or (False) predicted.
+        """The seconds of an engine to a total error, measured (True) or predicted (False).
 
-        Measured: the fastest row that reaches it.  A prediction prolongs a row until sampling has
-        the part its biases leave, seconds (sampling/rest)^2; None if no row's biases leave
-        anything.
+        Measured: the fastest row that reaches it; predicted: `predicted`, None if there is none.
         """
-        rows = [
-            (row.seconds, row.sampling_error or 0.0, row.total_error)
-            for row in self.rows
-            if row.engine == engine
-        ]
-        known = [
-            (s, sampling, total)
-            for s, sampling, total in rows
-            if s is not None and total is not None
-        ]
-        reached = [s for s, _, total in known if total <= within]
+        reached = [s for s, _, total in self._known(engine) if total <= within]
         if reached:
             return min(reached), True
+        predicted = self.predicted(engine, within)
+        return None if predicted is None else (predicted, False)
+
+    def predicted(self, engine: str, within: float) -> float | None:
+        """The seconds in which an engine would reach a total error, by its rows with larger ones.
+
+        A prediction prolongs a row until sampling has the part its biases leave,
+        seconds (sampling/rest)^2; None if no row's biases leave anything.
+        """
         longer = [
-            s * (e / (within - total + e)) ** 2 for s, e, total in known if total - e < within
+            s * (e / (within - total + e)) ** 2
+            for s, e, total in self._known(engine)
+            if total - e < within < total
         ]
-        return (min(longer), False) if longer else None
+        return min(longer, default=None)
+
+    def _known(self, engine: str) -> list[tuple[float, float, float]]:
+        """The seconds, sampling error and total error of an engine's rows that have them."""
+        return [
+            (row.seconds, row.sampling_error or 0.0, row.total_error)
+            for row in self.rows
+            if row.engine == engine and row.seconds is not None and row.total_error is not None
+        ]
 
     def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """Total error against seconds as a matplotlib figure."""
@@ -173,7 +187,7 @@ class Cost(TableResult):
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """The places of the points (seconds, error) that no other equals or betters in both, fastest first."""
+    """Places of the points (seconds, error) that no other is as good as in both, fastest first."""
     best: list[int] = []
     for index in sorted(range(len(points)), key=lambda k: points[k]):
         if not best or points[index][1] < points[best[-1]][1]:

@@ -194,6 +194,11 @@ def test_needed():
     assert told.needed("b", 0.1) is None
     assert told.needed("b", 0.5) == (0.1, True)
     assert told.needed("c", 0.5) is None
+    # 1 (.04/.02)^2 from the row with a larger error, beside the 4 s that were measured
+    assert told.predicted("a", 0.03) == pytest.approx(4.0)
+    assert told.predicted("a", 0.5) is None
+    cells = {column.name: column.cells for column in told.seconds_needed.columns}
+    assert cells["a"][:3] == ["1", "4 ~4", "-"] and cells["b"] == ["-"] * 5
     lines = [line.strip() for line in str(told).splitlines()]
     assert "warning: c: () failed: failed" in lines
     assert "not counted" not in str(told)
@@ -371,7 +376,7 @@ def test_front_is_marked_and_told(measured):
     answer = measured[1]
     marked = [k for k, row in enumerate(answer.rows) if row.best]
     assert sorted(front([(row.seconds, row.total_error) for row in answer.rows])) == marked
-    assert (len(answer.front), len(answer.seconds_needed)) == (len(marked), 4)
+    assert (len(answer.front), len(answer.seconds_needed)) == (len(marked), 5)
     assert [row.seconds for row in answer.best] == sorted(row.seconds for row in answer.best)
 
 

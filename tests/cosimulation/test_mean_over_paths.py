@@ -1,0 +1,84 @@
+"""`hv.cosimulate` with an asked error: the mean power of closed forms is within it, of step and sampling."""
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.cosimulation import Piezo, cosimulate
+from harvester.cosimulation.model_runs import ModelJob, noise_of
+from harvester.presentation.diagnostic import has
+from tests.support.models import Motion, Oscillator, linear
+
+PIEZO = Piezo(coupling="1 mN/V", capacitance="50.2 nF")
+PLATE = Oscillator(m=0.04, k=16.0, c=6.4e-3)
+START = Motion(1e-3, 0.05)
+OHMS = 1e6
+LOAD = hv.Load(resistance=OHMS)
+
+
+def matrix(m):
+    """The linear equations of displacement, velocity and voltage."""
+    theta, farads = PIEZO.coupling, PIEZO.capacitance
+    return np.array(
+        [
+            [0, 1, 0],
+            [-m.k / m.m, -m.c / m.m, -theta / m.m],
+            [0, theta / farads, -1 / (OHMS * farads)],
+        ]
+    )
+
+
+@pytest.mark.ngspice
+def test_a_ring_down_has_its_closed_form_within_the_error_of_the_step():
+    found = cosimulate(PLATE, LOAD, PIEZO, START, "2 s", "10 ms", within="0.1%", every=10)
+    times = np.linspace(0.0, 2.0, 40001)
+    volts = linear(matrix(PLATE), [START.x, START.v, 0.0], times)[:, 2]
+    exact = np.trapezoid(volts**2, times) / OHMS / 2.0
+    power = found.mean_power
+    assert power.stderr is None and power.error95 <= 1e-3 * power.value
+    assert abs(power.value - exact) <= power.error95
+    assert found.step < 0.01 and len(found.time) == 21 and found.time[1] == pytest.approx(0.1)
+    assert not has(found.diagnostics, "model_path", "paths_missed")
+
+
+@pytest.mark.ngspice
+@pytest.mark.slow
+@pytest.mark.statistics
+def test_the_mean_under_noise_has_both_errors():
+    """From rest under white noise, by the covariance of the linear equations; |z| < 4."""
+    model = PLATE._replace(c=0.16, noise=1e-4)
+    found = cosimulate(model, LOAD, PIEZO, Motion(0.0, 0.0), "5 s", "5 ms", seed=3, within=0.3)
+    a, q, h = matrix(model), np.zeros((3, 3)), 1e-3
+    q[1, 1] = model.noise / model.m**2
+    covariance, total = np.zeros((3, 3)), 0.0
+    for _ in range(5000):
+        covariance = covariance + h * (a @ covariance + covariance @ a.T + q)
+        total += h * covariance[2, 2]
+    power = found.mean_power
+    assert power.known_error95 <= 0.3 * power.value and power.stderr > 0.0 and power.dof >= 3.0
+    exact = total / OHMS / 5.0
+    assert abs(power.value - exact) < 4.0 * power.normal_stderr + power.bias + 0.01 * exact
+
+
+def test_noise_of_half_the_step_is_that_of_the_whole_refined():
+    """The halves of a coarse step are fine steps, whose halves add up to it; each path has its own noise."""
+    job = ModelJob(None, None, None, PIEZO, 0.1, 512, 1, 7, (1e-4, 1.0), (), False)
+    coarse = noise_of(job)
+    fine = noise_of(
+        ModelJob(None, None, None, PIEZO, 0.05, 1024, 2, 7, (1e-4, 1.0), (), False, halvings=1)
+    )
+    other = noise_of(
+        ModelJob(None, None, None, PIEZO, 0.1, 512, 1, 7, (1e-4, 1.0), (), False, path=1)
+    )
+    assert np.allclose(fine.sum(axis=1) / np.sqrt(2.0), coarse.ravel())
+    assert abs(np.corrcoef(*fine.T)[0, 1]) < 4.0 / np.sqrt(1024)
+    assert abs(fine.std() - 1.0) < 4.0 / np.sqrt(2 * 2048)
+    assert abs(np.corrcoef(coarse.ravel(), other.ravel())[0, 1]) < 4.0 / np.sqrt(1024)
+
+
+@pytest.mark.parametrize("within", [0.0, 1.0, "much", float("nan"), -0.1])
+def test_what_is_no_accuracy_is_refused(within):
+    with pytest.raises(
+        hv.InputError, match=r"`within` must be a relative error between 0 and 1, such as 0\.01"
+    ):
+        cosimulate(PLATE, LOAD, PIEZO, START, "2 s", "10 ms", within=within)
