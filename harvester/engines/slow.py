@@ -40,6 +40,8 @@ class Slow(Request, Engine):
     ----------
     within, budget, seed : float or str or int, optional
         the options of `run`.
+    judged : bool, default True
+        False: the answer of `quick`, whose error is a few per cent.
 
     Examples
     --------
@@ -56,6 +58,8 @@ class Slow(Request, Engine):
     UnboundedResponseError
         if the response grows without bound.
     """
+
+    judged: bool = True
 
     NAME = "slow"
     LOOK = EngineLook(
@@ -100,6 +104,8 @@ class Slow(Request, Engine):
         from harvester.storage.noisy_power import noisy_power
         from harvester.storage.steady_power import slow_power
 
+        if not self.judged:
+            return self.quick(scene)
         problem, cut = self._parted(scene)
         is_random = problem.equations.is_random
         known = existence(problem)
