@@ -67,12 +67,14 @@ def first_order_engine(
 
     Raises InputError for one that has no gradient.
     """
-    if which is None and problem.circuit and Ideal.refusal(problem) is not None:
-        chosen: Engine = cheapest(problem)(seed=seed)
-        return chosen
-    if which is not None or Ideal.refusal(problem) is not None:
-        return engine_with_gradient(which, within)
-    return Ideal(within=SECANT_WITHIN if within is None else within, seed=seed).at_many_points
+    if Ideal.refusal(problem) is None and which is None:
+        return Ideal(within=SECANT_WITHIN if within is None else within, seed=seed).at_many_points
+    if which is None:
+        kind = cheapest(problem)
+        if kind.needs_netlist:
+            chosen: Engine = kind(seed=seed)
+            return chosen
+    return engine_with_gradient(which, within)
 
 
 @dataclass(frozen=True)
