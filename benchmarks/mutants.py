@@ -635,7 +635,7 @@ def copy():
 
 @contextlib.contextmanager
 def applied(one, folder):
-    """Put a mutant into a copy, and take it out again: of what it left as it is the compiled kernels stay good."""
+    """Put a mutant into a copy, and take it out again; compiled kernels of unchanged code stay good."""
     path, text = next(
         (path, text) for path, text in sources(folder).items() if pieces_of(one.old).search(text)
     )
