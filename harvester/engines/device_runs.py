@@ -52,9 +52,10 @@ class DeviceWorkers:
 
     def __init__(self, execution: Execution) -> None:
         self._executor: Any = execution.executor
-        if hasattr(self._executor, "get_executor"):  # the client of a Dask scheduler
-            self._executor = self._executor.get_executor(pure=False)
         self.count = execution.workers or cores()
+        if hasattr(self._executor, "get_executor"):  # the client of a Dask scheduler
+            self.count = max(sum(self._executor.nthreads().values()), 1)
+            self._executor = self._executor.get_executor(pure=False)
         self._idle = processes.idle_processes()
 
     def answers(self, runs: Iterator[DeviceRun]) -> Iterator[DeviceAnswer]:
