@@ -51,11 +51,12 @@ class DeviceWorkers:
     """Workers until `close`: processes of this machine, or those of an executor."""
 
     def __init__(self, execution: Execution) -> None:
-        self._executor: Any = execution.executor
+        client: Any = execution.executor
+        self._executor = client
         self.count = execution.workers or cores()
-        if hasattr(self._executor, "get_executor"):  # the client of a Dask scheduler
-            self.count = max(sum(self._executor.nthreads().values()), 1)
-            self._executor = self._executor.get_executor(pure=False)
+        if hasattr(client, "get_executor"):  # of a Dask scheduler
+            self.count = max(sum(client.nthreads().values()), 1)
+            self._executor = client.get_executor(pure=False)
         self._idle = processes.idle_processes()
 
     def answers(self, runs: Iterator[DeviceRun]) -> Iterator[DeviceAnswer]:

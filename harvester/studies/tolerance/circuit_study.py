@@ -1,4 +1,4 @@
-"""Tolerances of a netlist: a law through runs of each key alone, checked by dearer ones and samples.
+"""Tolerances of a netlist: a law through runs of each key alone, checked by dearer runs.
 
 A run of a compiled circuit needs a second or more, so that a study of many keys has few of them.
 They are spent in this order, all on the same noise:
