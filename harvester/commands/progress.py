@@ -127,6 +127,11 @@ class Bar(tqdm):  # type: ignore[misc]
         """Print a line on stderr that the user needs before the work ends."""
         self.write(f"{self.what}: {text}", file=sys.stderr if self.disable else self.fp)
 
+    def remark(self, text: object) -> None:
+        """Print an intermediate result or a limit of the time, in place of `announce`."""
+        self.shorter = ""
+        self.notice(str(text))
+
     def _overdue(self, now: float) -> float:
         """The time left at the rate up to now, if the next report were about to come."""
         if self.by_clock:

@@ -13,7 +13,8 @@ from harvester.commands.options import (
 )
 from harvester.commands.priors import prior_options, spreads_by_priors
 from harvester.commands.study import Output, output_options, study_command
-from harvester.errors import InputError
+from harvester.errors import InputError, reading
+from harvester.quantities.units import seconds
 
 if TYPE_CHECKING:
     from harvester.identification.stated_spreads import ScenesSpreads
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     "harvester tolerance mine.toml --vary piezo.capacitance=10% --vary load.resistance=E24:5% --out spread",
     'harvester tolerance mine.toml --vary stop.restitution=0.94:0.98 --limit "mean_power > 5 uW"',
     "harvester tolerance mine.toml --vary piezo.capacitance=10% --vary oscillator.damping=normal:5% --runs first-order",
+    "harvester tolerance board.toml --vary load.parameters.R1=5% --budget 60s",
 )
 @cloup.option_group(
     "Spreads and limits",
@@ -73,7 +75,12 @@ if TYPE_CHECKING:
         metavar="N",
         help="Number of samples computed by the engine; a polynomial surrogate gives the rest.  Default: 512 for "
         "formulas, otherwise 24 per key and 24 more.  first-order: linearise the power in each key with the "
-        "gradient from engine density, or by slopes of engine ideal.",
+        "gradient from engine density, or by slopes of the cheapest engine for a netlist.",
+    ),
+    cloup.option(
+        "--budget",
+        metavar="TIME",
+        help="Time for a netlist: each part alone, then checks and samples.  Default: 60s.",
     ),
     cloup.option(
         "--checks",
@@ -111,6 +118,8 @@ def tolerance(
     from harvester.studies.sweep.cluster import client_of
     from harvester.studies.tolerance.tolerance import tolerance as study
 
+    if (budget := options.pop("budget")) is not None:
+        options["runs"] = _time_of_runs(options["runs"], budget)
     scene, spreads = spreads_by_priors(output.scene, varied, prior, known)
     stated = None if spreads else _stated(output.path, scene)
     if stated is not None and not options["correlate"]:
@@ -127,6 +136,13 @@ def tolerance(
         lambda report: report.of_tolerance(scene, answer, options["seed"]),
         text=None if stated is None else f"{answer}\n{stated}",
     )
+
+
+def _time_of_runs(runs: str | None, budget: str) -> str:
+    """The time of all runs; InputError if their number is given as well, or if it is not a time."""
+    if runs is not None:
+        raise InputError("`budget` must be left out if `runs` is given, but both are given")
+    return f"{reading('`budget`', seconds, budget)} s"
 
 
 def _stated(path: str, scene: "Scene") -> "ScenesSpreads":

@@ -42,6 +42,8 @@ class Compiled(Ensemble):
         Circuit quantities to report, such as "store" or "v(a,b)".
     ledger : bool, default False
         Also report the mean power dissipated in each element.
+    judged : bool, default True
+        Measure the model error against ngspice; False: it stays unknown.
 
     Raises
     ------
@@ -59,6 +61,7 @@ class Compiled(Ensemble):
 
     probe: tuple[str, ...] = ()
     ledger: bool = False
+    judged: bool = True
 
     NAME = "compiled"
     LOOK = EngineLook(
@@ -93,7 +96,7 @@ class Compiled(Ensemble):
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """As `Ensemble.run`; under a steady drive the periodic response, unless trajectories or a time are given."""
-        return self.run_from(scene, None, progress)[0]
+        return self.run_from(scene, None, progress, self.judged)[0]
 
     def run_from(
         self,
@@ -155,7 +158,9 @@ class Compiled(Ensemble):
     def model_errors(
         self, problem: Problem, pair: "RichardsonPair", begin: float
     ) -> tuple[dict[str, float], str]:
-        """The largest relative difference from ngspice, if that answers."""
+        """The largest relative difference from ngspice, if that is asked and answers."""
+        if not self.judged:
+            return {}, self.MODEL_NOTE
         from harvester.engines.spice.cheap_model import settled_starts
         from harvester.engines.spice.difference import LONGEST, difference_from_ngspice
 

@@ -54,6 +54,12 @@ class NoProgress:
 NO_PROGRESS = NoProgress()
 
 
+def remark(progress: Progress, text: object) -> None:
+    """Report an intermediate result or a limit to a progress with a method ``remark``."""
+    if (report := getattr(progress, "remark", None)) is not None:
+        report(text)
+
+
 @contextmanager
 def working(progress: Progress) -> Iterator[Progress]:
     """A progress that is begun, and ended whatever happens."""

@@ -101,6 +101,17 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "linear_law": "first order: the power is linear in each key, by its gradient; curvature along the keys would "
     "change 95 % of the powers by less than {missed:.2g} and their mean by {mean:+.2g}, relatively, and two devices at the "
     "5 % and 95 % powers are off by up to {beyond:.2g} more ({runs} solutions)",
+    "curved_law": "the power is a sum of one parabola per key, by {runs} runs of {engine!r} on the "
+    "same noise; 95 % of devices are within {missed!p} of it, by {sampled} sampled devices and two "
+    "at the 5 % and 95 % powers",
+    "curved_law_and_rest": "the power is a sum of one parabola per key, by {runs} runs of "
+    "{engine!r} on the same noise, and a polynomial through the rest of {sampled} sampled devices; "
+    "95 % of devices are within {missed!p} of it",
+    "checked_by_judged_runs": "the level and its error are from {runs} runs with a measured model "
+    "error, whose powers are {ratio:.4g} times the others",
+    "law_in_budget": "at most {budget!t} in all (`budget`), with a first answer on the way",
+    "first_answer": "first answer after {seconds!t}: 1 %, 50 % and 99 % of devices have a mean "
+    "power below {low}, {middle} and {high}; {key} changes it most",
     "intervals_of_samples_alone": "the error of the engine is not known: intervals contain that of the samples alone",
     "intervals_are_wide": "the error of {engine!r} is not small compared with the spread of the powers: intervals are wide",
     "surface_misses": "the polynomial behind the sensitivity misses {share:.0%} of the variance: give more `samples`",

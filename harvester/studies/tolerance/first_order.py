@@ -35,7 +35,7 @@ from harvester.machine.progress import Progress
 from harvester.presentation.diagnostic import note
 from harvester.scene.scene import Scene
 from harvester.studies.tolerance import design
-from harvester.studies.tolerance.samples import Samples
+from harvester.studies.tolerance.samples import Samples, cheapest
 from harvester.studies.tolerance.study import ToleranceRequest, ToleranceRuns
 from harvester.studies.tolerance.surface import Polynomial, exponents
 from harvester.uncertainty.value import half95, mean_and_error
@@ -63,13 +63,18 @@ def engine_with_gradient(which: Named | None, within: float | str | None) -> Eng
 def first_order_engine(
     problem: Problem, which: Named | None, within: float | str | None, seed: int
 ) -> Engine:
-    """The engine of a first-order study: that of ideal elements for a netlist that it supports.
+    """The engine of a first-order study: for a netlist that of ideal elements, or the cheapest.
 
     Raises InputError for one that has no gradient.
     """
-    if which is not None or Ideal.refusal(problem) is not None:
-        return engine_with_gradient(which, within)
-    return Ideal(within=SECANT_WITHIN if within is None else within, seed=seed).at_many_points
+    if Ideal.refusal(problem) is None and which is None:
+        return Ideal(within=SECANT_WITHIN if within is None else within, seed=seed).at_many_points
+    if which is None:
+        kind = cheapest(problem)
+        if kind.needs_netlist:
+            chosen: Engine = kind(seed=seed)
+            return chosen
+    return engine_with_gradient(which, within)
 
 
 @dataclass(frozen=True)
@@ -100,18 +105,24 @@ def _by_secants(engine: Engine, scenes: list[Scene], width: Floats, report: Any)
     powers = np.array([answer.mean_power.value for answer in answers])
     voltages = np.array([answer.mean_square_voltage.value for answer in answers])
     pairs = zip(answers[1::2], answers[2::2], strict=True)
-    errors = np.array([_error_of_difference(low, high) for low, high in pairs])
+    errors = np.array([error_of_difference(low, high) for low, high in pairs])
     slopes = [(values[2::2] - values[1::2]) / width for values in (powers, voltages)]
     return _Slopes(answers[0], slopes[0], slopes[1], powers, errors / width)
 
 
-def _error_of_difference(low: Estimate, high: Estimate) -> float:
-    """The standard error of a difference of powers, of trajectories on common noise if any."""
-    before = low.power_samples
-    after = high.power_samples
+def error_of_difference(low: Estimate, high: Estimate, quantity: str = "mean_power") -> float:
+    """The standard error of a difference of a quantity, of trajectories on common noise if any."""
+    name = "power_samples" if quantity == "mean_power" else "samples"
+    before = getattr(low, name)
+    after = getattr(high, name)
     if before is not None and after is not None and len(before) == len(after):
-        return mean_and_error(after - before)[1]
-    return math.hypot(low.mean_power.stderr or 0.0, high.mean_power.stderr or 0.0)
+        # entries may be nondimensional, and have the scale of the mean
+        scales = [
+            getattr(of, quantity).value / float(entries.mean())
+            for of, entries in ((low, before), (high, after))
+        ]
+        return mean_and_error(scales[1] * after - scales[0] * before)[1]
+    return math.hypot(getattr(low, quantity).stderr or 0.0, getattr(high, quantity).stderr or 0.0)
 
 
 def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> ToleranceRuns:

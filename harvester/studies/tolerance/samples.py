@@ -13,7 +13,7 @@ of its own, relatively, with 95 % (s: standard deviation of K ratios, t: Student
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,7 @@ from harvester.uncertainty.value import half95
 
 QUANTITIES = ("mean_power", "mean_square_voltage")
 # whose own error can be measured, or is none
-CHEAPEST_FIRST = ("exact", "averaged", "ideal", "ensemble", "spice")
+CHEAPEST_FIRST = ("exact", "averaged", "ideal", "ensemble", "slow", "compiled", "spice")
 CHECKS, CHECKS_BY_NGSPICE = (8, 0.005), (4, 0.02)  # runs, and their error
 SMALL = 0.5  # of the standard deviation of the powers: an error below is small against their spread
 
@@ -76,8 +76,16 @@ def cheapest(problem: Problem) -> type[Any]:
     )
 
 
+def unjudged(engine: Any) -> Any:
+    """The engine without the judge of its model's error, if it has one: for many devices."""
+    return replace(engine, judged=False) if getattr(engine, "judged", False) else engine
+
+
 def dearer(engine: Engine, **options: Any) -> Engine | None:
-    """The engine that leaves less out of the model, with its options; None if absent."""
+    """The engine that leaves less out of the model, or itself judged; None if absent."""
+    if getattr(engine, "judged", True) is False:
+        judged: Engine = replace(engine, judged=True, **options)  # type: ignore[type-var]
+        return judged
     return None if engine.next_fidelity is None else engine_of(engine.next_fidelity, **options)
 
 
@@ -86,7 +94,8 @@ def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engin
     kind = dearer(engine)
     if kind is None:
         return None
-    count, target = CHECKS_BY_NGSPICE if kind.runs_ngspice else CHECKS
+    asks_ngspice = kind.runs_ngspice or getattr(kind, "judged", False)
+    count, target = CHECKS_BY_NGSPICE if asks_ngspice else CHECKS
     return count, engine_of(kind, within=target if within is None else within, seed=seed)
 
 

@@ -18,6 +18,7 @@ from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.studies.tolerance import design, peaks
 from harvester.studies.tolerance import samples as sampling
+from harvester.studies.tolerance.curved_law import CurvedLaw
 from harvester.studies.tolerance.device_limits import Limit
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.surface import Polynomial, fit
@@ -74,7 +75,7 @@ class ToleranceRuns:
 
     samples: sampling.Samples
     x: Floats
-    surface: Polynomial
+    surface: Polynomial | CurvedLaw
     alone: Floats
     failed: int
     warnings: tuple[Diagnostic, ...]

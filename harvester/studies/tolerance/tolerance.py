@@ -1,7 +1,9 @@
 """The study of tolerances: many devices whose parts scatter, by the cheapest engine that is good enough for it."""
 
+import math
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene, Engine
@@ -11,14 +13,16 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.machine.progress import working
+from harvester.quantities.units import seconds
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance import samples as sampling
+from harvester.studies.tolerance.circuit_study import BUDGET, CircuitStudy, is_study_of_circuit
 from harvester.studies.tolerance.device_limits import lifetime_of
 from harvester.studies.tolerance.device_limits import limits as read_limits
 from harvester.studies.tolerance.first_order import FIRST_ORDER, first_order_engine, linear_law
 from harvester.studies.tolerance.spreads import spreads
-from harvester.studies.tolerance.study import ToleranceRequest, ToleranceStudy
+from harvester.studies.tolerance.study import ToleranceRequest, ToleranceRuns, ToleranceStudy
 from harvester.studies.tolerance.tolerance_result import ToleranceResult
 
 SAMPLES = 10_000
@@ -64,7 +68,8 @@ def tolerance(
         how many devices (default: 10,000), and how many of them the engine computes (default: 512
         by a formula, else 24 for each key and 24 more).  "first-order": the power is linear
         in each key, by the gradient of engine `Density`, and each key's ends and two more devices
-        measure the remainder; for a netlist by the slopes of engine `Ideal`, on common noise.
+        measure the remainder; for a netlist by the slopes of its cheapest engine, on common noise.
+        For a netlist also the time of all runs, such as "30s" (default: 60 s).
     checks, within : int or float or str, optional
         how many devices are computed again by a dearer engine (default: 8, by ngspice 4; 0: none),
         and to which relative error.
@@ -105,10 +110,10 @@ def tolerance(
     matrix = design.correlation(correlate, [part.key for part in spread])
     bounds = read_limits(limits, problem.physical)
     folder = OutputFolder.of(execution)
-    linear = runs == FIRST_ORDER
-    runs = _read_runs(runs)
-    _check_counts(samples, runs, checks)
+    amount = _read_runs(runs)
+    _check_counts(samples, amount.count, checks)
     years = lifetime_of(bounds, lifetime, problem)
+    linear = amount.first_order
     if linear:
         _refuse_beside_first_order(checks, lifetime)
         chosen = first_order_engine(problem, engine, within, seed)
@@ -124,21 +129,13 @@ def tolerance(
         limits=bounds,
         lifetime=years,
         samples=count,
-        runs=runs,
+        runs=amount.count,
         checks=checks,
         within=target,
         seed=seed,
     )
     with working(execution.progress):
-        study = ToleranceStudy(request, folder, execution)
-        computed = linear_law(request, chosen, execution.progress) if linear else study.run(chosen)
-        better = (
-            None
-            if engine is not None or linear
-            else sampling.dearer(chosen, seed=seed, within=target)
-        )
-        if better is not None and not computed.samples.small:
-            computed = study.run(better)
+        computed = _compute(request, chosen, amount, execution, by_default=engine is None)
         answer = ToleranceResult.of(request, computed, time.perf_counter() - begin)
     if folder is not None:
         correlations = None if matrix is None else matrix.tolist()
@@ -168,14 +165,68 @@ def _check_served(chosen: Engine, problem: Problem) -> None:
         raise InputError(reason)
 
 
-def _read_runs(runs: int | str | None) -> int | None:
-    """The number of runs; None if none is given, or `FIRST_ORDER`."""
+@dataclass(frozen=True)
+class _Runs:
+    """The argument ``runs``: a ``count``, the law of ``first_order``, or a ``budget`` (s)."""
+
+    count: int | None = None
+    first_order: bool = False
+    budget: float | None = None
+
+
+def _read_runs(runs: int | str | None) -> _Runs:
+    """The argument ``runs`` as it is meant; InputError for another text."""
     if runs is None or runs == FIRST_ORDER:
-        return None
+        return _Runs(first_order=runs == FIRST_ORDER)
     try:
-        return int(runs)
+        return _Runs(count=int(runs))
     except ValueError:
-        raise invalid("`runs`", f"be a number or {FIRST_ORDER!r}", runs) from None
+        pass
+    try:
+        budget = seconds(str(runs))
+    except ValueError:
+        raise invalid(
+            "`runs`", f"be a number, {FIRST_ORDER!r} or a time such as '60s'", runs
+        ) from None
+    if not 0.0 < budget < math.inf:
+        raise invalid("the time of `runs`", "be above 0", runs)
+    return _Runs(budget=budget)
+
+
+def _compute(
+    request: ToleranceRequest, chosen: Engine, runs: _Runs, execution: Execution, by_default: bool
+) -> ToleranceRuns:
+    """The runs of a study within a budget, of a linear law, or of a polynomial.
+
+    An engine ``by_default`` is replaced by a dearer one if its error is not small.
+    """
+    if _is_timed(chosen, request, runs, execution):
+        budget = BUDGET if runs.budget is None else runs.budget
+        return CircuitStudy(request, execution, budget, draws=not runs.first_order).run(chosen)
+    if runs.first_order:
+        return linear_law(request, chosen, execution.progress)
+    study = ToleranceStudy(request, OutputFolder.of(execution), execution)
+    if not by_default:
+        return study.run(chosen)
+    chosen = sampling.unjudged(chosen)
+    computed = study.run(chosen)
+    better = sampling.dearer(chosen, seed=request.seed, within=request.within)
+    return computed if better is None or computed.samples.small else study.run(better)
+
+
+def _is_timed(chosen: Engine, request: ToleranceRequest, runs: _Runs, execution: Execution) -> bool:
+    """Whether a study is one of a netlist within a budget: no counts, peaks or rows to resume.
+
+    Raises InputError for a budget of another study.
+    """
+    plain = (request.runs, request.checks, request.lifetime) == (None, None, None)
+    timed = is_study_of_circuit(chosen) and plain and not execution.resume
+    if runs.budget is not None and not timed:
+        raise InputError(
+            f"`runs` must be a number or {FIRST_ORDER!r}, but is a time, which is for netlists "
+            "without `checks`, `lifetime` and `resume`"
+        )
+    return timed
 
 
 def _check_counts(samples: int | None, runs: int | None, checks: int | None) -> None:

@@ -33,6 +33,8 @@ CHECKS = (
     "checked_by_runs",
     "polynomial_stands_for_others",
     "linear_law",
+    "curved_law",
+    "checked_by_judged_runs",
 )
 NO_SHARES = ("no_shares_correlated", "no_shares_library", "no_shares_constant")
 

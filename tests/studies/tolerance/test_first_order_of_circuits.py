@@ -1,10 +1,8 @@
 """First-order tolerances of a netlist: slopes of engine `Ideal` between each key's ends."""
 
 import numpy as np
-import pytest
 
 import harvester as hv
-from harvester.errors import HarvesterError
 
 BRIDGE = hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "20 nF"})
 PLATE = hv.load("examples/plate_with_stop.toml").with_load(BRIDGE)
@@ -23,10 +21,3 @@ def test_devices_have_the_powers_of_the_linear_law():
     errors = np.array([power.known_error95 for power in powers]) + result.off * computed
     assert (np.abs(result.power[:40] - computed) < errors).mean() > 0.85
     assert np.corrcoef(result.power[:40], computed)[0, 1] > 0.9
-
-
-def test_a_board_without_ideal_elements_is_refused():
-    """A netlist whose switches are not known has no such slopes yet."""
-    board = hv.load("examples/bimorph_board.toml")
-    with pytest.raises(HarvesterError):
-        hv.tolerance(board, vary={"load.parameters.R4": "5%"}, runs="first-order", samples=64)

@@ -1,0 +1,305 @@
+"""Tolerances of a netlist: a law through runs of each key alone, checked by dearer runs.
+
+A run of a compiled circuit needs a second or more, so that a study of many keys has few of them.
+They are spent in this order, all on the same noise:
+
+1. each key alone at its ends: the parabolas of `harvester.studies.tolerance.curved_law`, and with
+   them a first answer;
+2. the same engine with the judge of its model, in the middle and at the two places of
+   `curved_law.steepest`, which corrects the level of all devices and states its error;
+3. sampled devices until the time is over, which state the law's error, and a polynomial through
+   the rest as soon as there are enough.
+"""
+
+import contextlib
+import itertools
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum, auto
+from typing import Any
+
+import numpy as np
+
+from harvester.answers.estimate import Estimate
+from harvester.arrays import Floats
+from harvester.engines.device_runs import DeviceRun, DeviceWorkers
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError
+from harvester.machine.cores import cores
+from harvester.machine.execution import Execution
+from harvester.machine.progress import remark
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.scene.scene import Scene
+from harvester.studies.tolerance import curved_law, design
+from harvester.studies.tolerance.curved_law import CurvedLaw
+from harvester.studies.tolerance.first_order import FAR, error_of_difference
+from harvester.studies.tolerance.samples import QUANTITIES, Samples
+from harvester.studies.tolerance.study import RUNS, ToleranceRequest, ToleranceRuns
+from harvester.uncertainty.value import amount, half95
+
+BUDGET = 60.0  # s, if none is given
+TRAJECTORIES = 512  # of each device, for an engine that computes several together
+SPENT = 0.9  # of the budget: when the last runs are to end
+# of the time that is left: what the first judged run, and a later one, may take
+FIRST_JUDGED, JUDGED_SHARE = 0.8, 0.7
+MARGIN = 1.2  # times the longest run of a kind, that another one may need
+
+
+class RunKind(Enum):
+    """The purpose of a run: a key at its end, a steepest place, the judge, a sampled device."""
+
+    ALONE = auto()
+    CORNER = auto()
+    JUDGED = auto()
+    DRAWN = auto()
+
+
+Answers = dict[Enum, dict[int, Estimate | HarvesterError]]
+
+
+def is_study_of_circuit(engine: Any) -> bool:
+    """Whether an engine may leave out the judge of its model: a study has cheap and dear runs."""
+    return bool(getattr(engine, "judged", False))
+
+
+@dataclass
+class CircuitStudy:
+    """A study within ``budget`` seconds; without ``draws`` no devices are sampled."""
+
+    request: ToleranceRequest
+    execution: Execution
+    budget: float
+    draws: bool = True
+    done: Answers = field(default_factory=dict)
+    seconds: dict[Enum, list[float]] = field(default_factory=dict)
+
+    def run(self, engine: Any) -> ToleranceRuns:
+        """The powers of all devices, by an engine with the option ``judged``.
+
+        Raises the error of a key's end.
+        """
+        self.begin = time.monotonic()
+        request = self.request
+        x = design.values_at(request.spreads, request.u)
+        ends = design.values_at(request.spreads, design.one_by_one(len(request.keys)))
+        cheap = replace(engine, judged=False)
+        if self._at_once(cheap) > 1 and cheap.trajectories is None:
+            cheap = replace(cheap, trajectories=TRAJECTORIES)
+        remark(self.execution.progress, note("law_in_budget", budget=self.budget))
+        with contextlib.closing(DeviceWorkers(self.execution)) as workers:
+            size = min(self._at_once(cheap), -(-len(ends) // self._workers))
+            first = self._judged(engine, ends[:1], FIRST_JUDGED)
+            runs = [first, self._runs(RunKind.ALONE, cheap, ends, size)]
+            if self._workers == 1:  # the first answer before the judge's
+                runs.reverse()
+            for kind in self._compute(workers, itertools.chain(*runs)):
+                if kind is RunKind.ALONE and len(self.done[RunKind.ALONE]) == len(ends):
+                    remark(self.execution.progress, self._first_answer(ends, x))
+            alone = [self._known(RunKind.ALONE, k) for k in range(len(ends))]
+            laws = {
+                name: curved_law.through_ends(ends, _values(alone, name)) for name in QUANTITIES
+            }
+            corners = curved_law.steepest(laws["mean_power"], x, FAR)
+            for _ in self._compute(workers, self._later(cheap, engine, corners, x)):
+                pass
+        return self._runs_of(laws, alone, ends, x, cheap.NAME)
+
+    @property
+    def _left(self) -> float:
+        """The seconds until the last runs are to end."""
+        return self.begin + SPENT * self.budget - time.monotonic()
+
+    def _scene(self, values: Floats) -> Scene:
+        return self.request.scene.varied(
+            dict(zip(self.request.keys, map(float, values), strict=True))
+        )
+
+    def _runs(self, kind: Enum, engine: Any, values: Floats, size: int = 1) -> Iterator[DeviceRun]:
+        """Runs of an engine at keys' values, shape (n, keys), ``size`` of them at a time."""
+        for first in range(0, len(values), size):
+            scenes = tuple(self._scene(row) for row in values[first : first + size])
+            yield DeviceRun(kind, first, engine, scenes)
+
+    def _judged(self, engine: Any, values: Floats, share: float) -> Iterator[DeviceRun]:
+        """Runs with the judge of the model, each within a share of the time that is then left."""
+        within = self.request.within
+        judge = engine if within is None else replace(engine, within=within)
+        for run in self._runs(RunKind.JUDGED, judge, values):
+            yield replace(run, engine=replace(judge, budget=max(share * self._left, 1.0)))
+
+    def _later(self, cheap: Any, engine: Any, corners: Floats, x: Floats) -> Iterator[DeviceRun]:
+        """The runs after the law, chosen one by one while there is time.
+
+        These are the corners, with a judged run on each other core, as many sampled devices as a
+        polynomial needs, the other judged run, and more sampled devices.
+        """
+        request = self.request
+        at_once = self._at_once(cheap)
+        yield from self._runs(RunKind.CORNER, cheap, corners, min(at_once, len(corners)))
+        judged = (
+            replace(run, index=run.index + 1) for run in self._judged(engine, corners, JUDGED_SHARE)
+        )
+        if self._has_time(RunKind.JUDGED):
+            yield from itertools.islice(judged, self._workers - 1)
+        most = min(request.runs or RUNS * (1 + len(request.keys)), len(x))
+        enough = curved_law.PER_PLANE * (1 + len(request.keys))
+        size = min(at_once, -(-enough // self._workers))
+        drawn = self._runs(RunKind.DRAWN, cheap, x[: most if self.draws else 0], size)
+        requested = 0
+        while True:
+            run = None
+            if (requested >= enough or not self.draws) and self._has_time(RunKind.JUDGED):
+                run = next(judged, None)
+            if run is None and self._has_time(RunKind.DRAWN):
+                run = next(drawn, None)
+                requested += 0 if run is None else len(run.scenes)
+            if run is None:
+                return
+            yield run
+
+    def _at_once(self, cheap: Any) -> int:
+        """How many devices an engine computes together, for less than one by one."""
+        return int(cheap.many_at_once(Problem(self.request.scene)))
+
+    @property
+    def _workers(self) -> int:
+        return self.execution.workers or cores()
+
+    def _has_time(self, kind: Enum) -> bool:
+        """Whether another run of a kind ends in time, by the longest of it or of the law."""
+        known = self.seconds.get(kind) or self.seconds[RunKind.ALONE]
+        return MARGIN * max(known) < self._left
+
+    def _compute(self, workers: DeviceWorkers, runs: Iterator[DeviceRun]) -> Iterator[Enum]:
+        """Compute runs into ``done``, and yield the kind of each that is there."""
+        for answered in workers.answers(runs):
+            run = answered.run
+            of_kind = self.done.setdefault(run.kind, {})
+            of_kind.update(enumerate(answered.answers, run.index))
+            self.seconds.setdefault(run.kind, []).append(answered.seconds)
+            spent = (time.monotonic() - self.begin) / self.budget
+            self.execution.progress.step(min(spent, 1.0), run.engine.NAME)
+            yield run.kind
+
+    def _known(self, kind: Enum, index: int) -> Estimate:
+        """An answer; raises it if it is an error."""
+        answer = self.done[kind][index]
+        if isinstance(answer, HarvesterError):
+            raise answer
+        return answer
+
+    def _first_answer(self, ends: Floats, x: Floats) -> Diagnostic:
+        """The first answer: quantiles of the power, and the key that moves it most.
+
+        Raises the error of a key's end.
+        """
+        alone = [self._known(RunKind.ALONE, k) for k in range(len(ends))]
+        law = curved_law.through_ends(ends, _values(alone, "mean_power"))
+        low, middle, high = np.quantile(law(x), (0.01, 0.5, 0.99))
+        blame = self.request.keys[int(np.argmax(np.abs(law.slopes) * x.std(axis=0)))]
+        unit = "W" if self.request.scene.physical else ""
+        powers = {"low": low, "middle": middle, "high": high}
+        numbers = {name: amount(float(power), unit) for name, power in powers.items()}
+        return note("first_answer", seconds=time.monotonic() - self.begin, key=blame, **numbers)
+
+    def _served(self, kind: Enum) -> dict[int, Estimate]:
+        """The answers of a kind by their index, without errors."""
+        return {k: a for k, a in sorted(self.done.get(kind, {}).items()) if isinstance(a, Estimate)}
+
+    def _runs_of(
+        self,
+        laws: dict[str, CurvedLaw],
+        alone: Sequence[Estimate],
+        ends: Floats,
+        x: Floats,
+        name: str,
+    ) -> ToleranceRuns:
+        """The results of all runs."""
+        corners = self._served(RunKind.CORNER)
+        drawn = self._served(RunKind.DRAWN)
+        judged = self._served(RunKind.JUDGED)
+        steepest = curved_law.steepest(laws["mean_power"], x, FAR)
+        where = np.vstack([steepest[[*corners]], x[[*drawn]]])
+        devices = [*corners.values(), *drawn.values()]
+        plain = {0: alone[0]} | {1 + k: answer for k, answer in corners.items()}
+        pairs = [(answer, plain[k]) for k, answer in judged.items() if k in plain]
+        off: dict[str, float | None] = {}
+        values: dict[str, Floats] = {}
+        failed = len(self.done.get(RunKind.DRAWN, {})) - len(drawn)
+        lost = round(failed / max(len(drawn) + failed, 1) * len(x))
+        many = x[: len(x) - lost]
+        for quantity in QUANTITIES:
+            law = laws[quantity]
+            if len(devices) > 1:
+                law = curved_law.checked(law, where, _values(devices, quantity), ends)
+            ratio, level = _level(pairs, quantity)
+            laws[quantity] = replace(law, ratio=ratio)
+            errors = [
+                error_of_difference(low, high, quantity)
+                for low, high in zip(alone[1::2], alone[2::2], strict=True)
+            ]
+            noise = half95(curved_law.slopes_noise(law, errors, ends, x))
+            middle = float(law.value) or 1.0
+            share = (law.scatter + noise) / abs(middle)
+            off[quantity] = None if level is None or len(devices) < 2 else share + level
+            values[quantity] = laws[quantity](many)
+        law = laws["mean_power"]
+        by_judge = "checked_by_judged_runs" if off["mean_power"] is not None else "no_error_stated"
+        checks = (
+            note(
+                "curved_law" if law.rest is None else "curved_law_and_rest",
+                engine=name,
+                runs=len(alone),
+                sampled=len(drawn),
+                missed=law.scatter / abs(law.value),
+            ),
+            note(by_judge, runs=len(pairs), ratio=law.ratio),
+        )
+        return ToleranceRuns(
+            samples=Samples(name, values, np.ones(len(many), dtype=bool), off, checks, law.ratio),
+            x=many,
+            surface=law,
+            alone=law.ratio * _values(alone, "mean_power"),
+            failed=lost,
+            warnings=tuple(_remarks(judged, self.done.get(RunKind.DRAWN, {}))),
+            peaks={},
+            peaks_off={},
+        )
+
+
+def _values(answers: Sequence[Estimate], quantity: str) -> Floats:
+    """A quantity of answers, shape (n,)."""
+    return np.array([getattr(answer, quantity).value for answer in answers])
+
+
+def _level(pairs: Sequence[tuple[Estimate, Estimate]], quantity: str) -> tuple[float, float | None]:
+    """The mean ratio of judged answers to the others, and its relative error (None: unknown)."""
+    from scipy.special import stdtrit
+
+    both = [(getattr(high, quantity), getattr(low, quantity).value) for high, low in pairs]
+    both = [(high, low) for high, low in both if low > 0.0 and high.value > 0.0]
+    if not both:
+        return 1.0, None
+    ratios = np.array([high.value / low for high, low in both])
+    errors = [None if high.error95 is None else high.error95 / high.value for high, _ in both]
+    count = len(ratios)
+    # another device differs by as much again, or by the error that the engine states for all
+    low = getattr(pairs[0][1], quantity)
+    width = max((low.model or 0.0) / low.value, float(np.abs(ratios - 1.0).max()))
+    if count > 1:
+        scatter = float(stdtrit(count - 1, 0.975) * ratios.std(ddof=1) * np.sqrt(1.0 + 1.0 / count))
+        width = scatter if low.model is None else min(scatter, width)
+    known = [error for error in errors if error is not None]
+    return float(ratios.mean()), None if not known else width + max(known)
+
+
+def _remarks(
+    judged: dict[int, Estimate], drawn: dict[int, Estimate | HarvesterError]
+) -> Iterator[Diagnostic]:
+    """The warnings of the judged runs, and the failures at sampled devices."""
+    for answer in judged.values():
+        yield from answer.warnings
+    failed = [answer for answer in drawn.values() if isinstance(answer, HarvesterError)]
+    if failed:
+        yield warning("samples_failed", failed=len(failed), count=len(drawn), first=str(failed[0]))

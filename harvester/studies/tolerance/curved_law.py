@@ -1,0 +1,109 @@
+"""The power of a device as a sum of one parabola per key, through runs of each key alone.
+
+About the middle x0 of all spreads, with answers y0 there and yl, yh at the ends xl, xh of a key,
+
+    s = (yh - y0)/(xh - x0),  t = (y0 - yl)/(x0 - xl),  c = (s - t)/(xh - xl)
+    y(x) = y0 + sum_k (s_k - c_k (xh_k - x0_k)) (x_k - x0_k) + c_k (x_k - x0_k)^2
+
+which are Newton's divided differences.  All runs are on the same noise, so that a difference has a
+far smaller error than a power.  The contribution of several keys together is missing: runs of
+sampled devices state its size, and a polynomial through the rest adds it if they are enough.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.studies.tolerance.surface import Polynomial, fit
+
+PER_PLANE = (
+    4  # sampled devices for each coefficient of a plane, before a polynomial through the rest
+)
+
+
+@dataclass(frozen=True)
+class CurvedLaw:
+    """Parabolas of the keys about ``middle``, with ``slopes`` and ``curvatures``, shape (keys,).
+
+    ``rest`` is the polynomial through the rest (None: absent), ``scatter`` the distance from the
+    whole within which 95 % of devices lie, ``unexplained`` the share of the variance that it
+    misses, and ``ratio`` a factor of all values.
+    """
+
+    middle: Floats
+    value: float
+    slopes: Floats
+    curvatures: Floats
+    rest: Polynomial | None = None
+    scatter: float = 0.0
+    unexplained: float = 0.0
+    ratio: float = 1.0
+
+    def __call__(self, x: Floats) -> Floats:
+        """The values at keys' values, shape (n, keys), at least 0."""
+        away = x - self.middle
+        whole = self.value + away @ self.slopes + (away * away) @ self.curvatures
+        if self.rest is not None:
+            whole = whole + self.rest(x)
+        return np.asarray(self.ratio * np.maximum(whole, 0.0))
+
+
+def through_ends(ends: Floats, values: Floats) -> CurvedLaw:
+    """The law through answers in the middle, then of each key at its low and its high end.
+
+    ``ends`` are the keys' values, shape (1 + 2 keys, keys), ``values`` the answers.
+    """
+    keys = np.arange(ends.shape[1])
+    x0 = ends[0]
+    xl = ends[1::2][keys, keys]
+    xh = ends[2::2][keys, keys]
+    y0 = values[0]
+    upper = _slope(xh - x0, values[2::2] - y0)
+    lower = _slope(x0 - xl, y0 - values[1::2])
+    curvatures = np.where((xh > x0) & (x0 > xl), _slope(xh - xl, upper - lower), 0.0)
+    slopes = np.where(xh > x0, upper - curvatures * (xh - x0), lower)
+    return CurvedLaw(x0, float(y0), slopes, curvatures)
+
+
+def _slope(dx: Floats, dy: Floats) -> Floats:
+    """The slope dy/dx; 0 for a key with an end at its middle."""
+    return np.asarray(np.divide(dy, dx, out=np.zeros_like(dy), where=dx != 0.0))
+
+
+def steepest(law: CurvedLaw, x: Floats, far: float) -> Floats:
+    """The two places of `first_order` for devices at ``x``, shape (2, keys)."""
+    spread = np.atleast_2d(np.cov(x.T)) @ law.slopes
+    step = far * spread / max(float(np.sqrt(law.slopes @ spread)), 1e-300)
+    return np.clip(law.middle + np.outer([-1.0, 1.0], step), x.min(axis=0), x.max(axis=0))
+
+
+def checked(law: CurvedLaw, x: Floats, y: Floats, held: Floats) -> CurvedLaw:
+    """The law with its scatter and its rest, by the answers ``y`` of devices at ``x``, (n, keys).
+
+    These are two or more; ``held`` are the keys' values of the law's runs, without a rest.
+    """
+    from scipy.special import stdtrit
+
+    off = y - law(x)
+    count = len(off)
+    spread = float(np.sqrt(np.mean(off**2)))
+    scatter = float(stdtrit(count, 0.975)) * spread * float(np.sqrt(1.0 + 1.0 / count))
+    variance = max(float(law(x).var()), 1e-300)
+    plain = replace(law, scatter=scatter, unexplained=min(spread**2 / variance, 1.0))
+    if count < PER_PLANE * (1 + x.shape[1]):
+        return plain
+    rest = fit(np.vstack([x, held]), np.append(off, np.zeros(len(held))), count)
+    if rest.scatter >= spread:
+        return plain
+    missed = min(rest.scatter**2 / variance, 1.0)
+    return replace(law, rest=rest, scatter=2.0 * rest.scatter, unexplained=missed)
+
+
+def slopes_noise(law: CurvedLaw, errors: Sequence[float], ends: Floats, x: Floats) -> float:
+    """The noise of the slopes in devices at ``x``, as a standard deviation, by that of each key."""
+    keys = np.arange(ends.shape[1])
+    width = np.abs(ends[2::2][keys, keys] - ends[1::2][keys, keys])
+    relative = np.divide(x.std(axis=0), width, out=np.zeros_like(width), where=width > 0.0)
+    return float(law.ratio * np.linalg.norm(np.asarray(errors) * relative))

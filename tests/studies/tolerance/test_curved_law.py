@@ -1,0 +1,64 @@
+"""The law of one parabola per key, its check by devices, and the polynomial through the rest."""
+
+import numpy as np
+import pytest
+
+from harvester.studies.tolerance import curved_law
+
+ENDS = np.array([[1.0, 2.0], [0.5, 2.0], [1.7, 2.0], [1.0, 1.8], [1.0, 2.6]])
+DEVICES = np.random.default_rng(1).uniform([0.5, 1.8], [1.7, 2.6], (60, 2))
+
+
+def separate(x):
+    """A sum of two parabolas."""
+    return 3.0 + 0.4 * x[:, 0] - 0.7 * x[:, 0] ** 2 + 0.2 * x[:, 1] + 0.5 * x[:, 1] ** 2
+
+
+def joint(x):
+    """With a term of both keys, which no run of one key alone shows."""
+    return separate(x) + 0.6 * (x[:, 0] - 1.0) * (x[:, 1] - 2.0)
+
+
+def test_parabolas_are_found_between_and_beyond_uneven_ends():
+    """A wrong divided difference would be off for ends at unequal distances from the middle."""
+    law = curved_law.through_ends(ENDS, separate(ENDS))
+    beyond = np.array([[0.1, 3.0], [2.5, 1.0]])
+    assert law(DEVICES) == pytest.approx(separate(DEVICES), rel=1e-12)
+    assert law(beyond) == pytest.approx(np.maximum(separate(beyond), 0.0), rel=1e-12)
+    assert curved_law.checked(law, DEVICES, separate(DEVICES), ENDS).scatter < 1e-12
+
+
+def test_an_end_at_the_middle_has_no_slope():
+    """A measured list may have its middle value at one end."""
+    ends = np.array([[1.0], [1.0], [1.5]])
+    law = curved_law.through_ends(ends, np.array([2.0, 2.0, 3.0]))
+    assert law(np.array([[1.25]]))[0] == pytest.approx(2.5)
+
+
+def test_few_devices_state_the_error_and_many_bring_the_rest():
+    """Two keys together move the value: the scatter holds 95 % of other devices, and a polynomial removes it."""
+    law = curved_law.through_ends(ENDS, joint(ENDS))
+    few = curved_law.checked(law, DEVICES[:6], joint(DEVICES[:6]), ENDS)
+    off = np.abs(few(DEVICES) - joint(DEVICES))
+    assert few.rest is None and (off < few.scatter).mean() > 0.9
+    assert few.scatter < 10.0 * np.sqrt(np.mean(off**2))
+    many = curved_law.checked(law, DEVICES[:40], joint(DEVICES[:40]), ENDS)
+    assert many.rest is not None and many.unexplained < 1e-6
+    assert many(DEVICES) == pytest.approx(joint(DEVICES), rel=1e-6)
+
+
+def test_the_steepest_places_are_those_of_a_linear_law():
+    """For independent keys of equal spread the places lie along the slopes, on both sides."""
+    x = np.random.default_rng(2).normal(0.0, 1.0, (4000, 2))
+    law = curved_law.CurvedLaw(np.zeros(2), 10.0, np.array([3.0, 4.0]), np.zeros(2))
+    low, high = curved_law.steepest(law, x, 1.645)
+    assert high == pytest.approx(-low)
+    assert high / 1.645 == pytest.approx([0.6, 0.8], abs=0.05)
+
+
+def test_noise_of_slopes_adds_in_quadrature():
+    """Two keys whose devices scatter by half of the distance of their ends."""
+    ends = np.array([[0.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
+    law = curved_law.through_ends(ends, np.arange(5.0))
+    x = np.array([[-1.0, -1.0], [1.0, 1.0]])
+    assert curved_law.slopes_noise(law, [3.0, 4.0], ends, x) == pytest.approx(2.5)
