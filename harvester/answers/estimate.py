@@ -16,7 +16,8 @@ from harvester.presentation.result import Result
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 class SteadyResponse(Result):
@@ -176,10 +177,15 @@ class Estimate(Result):
         return None if self.bound is None else self.mean_power.value / self.bound.value
 
     @property
+    def share_of_possible_value(self) -> Value | None:
+        """The same, with the errors of the numerator; the bound has none."""
+        return None if self.bound is None else self.mean_power.scaled(1.0 / self.bound.value)
+
+    @property
     def reason(self) -> str:
         """Its notes in one line."""
         return "; ".join(map(str, self.notes))
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """Draw the parts of the error, and the energy ledger if there is one, as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)

@@ -13,7 +13,8 @@ from harvester.studies.tolerance.distribution import ShareInterval
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 class DesignCandidate(Result):
@@ -132,6 +133,11 @@ class DesignResult(TableResult):
         return None if self.bound is None else self.available.value / self.bound.value
 
     @property
+    def share_of_possible_value(self) -> Value | None:
+        """The same, with the errors of the numerator; the bound has none."""
+        return None if self.bound is None else self.available.scaled(1.0 / self.bound.value)
+
+    @property
     def share_met(self) -> float | None:
         """The share of devices that meet everything; None without a spread."""
         return None if self.met is None else self.met.value
@@ -150,6 +156,6 @@ class DesignResult(TableResult):
         """The candidates."""
         return table_of(self.candidates, "", self.unit_names)
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """Draw the power of each circuit next to the requirement, as a matplotlib figure."""
-        return drawing.draw(self, self.scene.title if title == "" else title)
+        return drawing.draw(self, self.scene.title if title == "" and ax is None else title, ax)
