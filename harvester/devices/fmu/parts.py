@@ -56,7 +56,7 @@ class CompiledPart(NamedTuple):
 
 
 def check(problem: Problem) -> None:
-    """Raise InputError for a nondimensional scene, CannotServeError for an effect that an FMU lacks."""
+    """Raise InputError for a nondimensional scene, CannotServeError for an absent effect."""
     if not problem.physical:
         raise InputError(
             "the scene must be a device, with [oscillator] and [piezo], but is nondimensional"

@@ -190,7 +190,7 @@ def struck(m, h, a, xi, other, grid):
 
 @inlined
 def shown(m, load, t, a, grid):
-    """The flight of t after a point of the grid, its velocity moved to that time; 0 at rest on a stop."""
+    """The flight of t after a point of the grid, its velocity at that time; 0 at rest on a stop."""
     f = flight(m, aside(load), t, a, grid)
     v = kick(State(f.m.x, f.m.v, f.m.V), 0.0, t - 0.5 * grid.h, grid.quiet, a)
     if is_on_stop(f.m, grid.c):

@@ -54,7 +54,7 @@ def shaker_of(f, w, words):
 
 @inlined
 def begin_noise(w, words, f):
-    """Begin filtered noise with its stationary law, whose variance S has S = |A's first row|^2 S + l11^2."""
+    """Begin filtered noise with its stationary law: the variance S = |A's first row|^2 S + l11^2."""
     if f is not None:
         kept_part = f.a11 * f.a11
         if f.a12 is not None:
