@@ -52,7 +52,7 @@ class Device:
         self.number = {one.name: one.valueReference for one in described.modelVariables}
         self.slave = FMU2Slave(
             guid=described.guid,
-            unzipDirectory=extract(fmu),
+            unzipDirectory=extract(fmu, unzipdir=tempfile.mkdtemp(dir=Path(fmu).parent)),
             modelIdentifier=described.coSimulation.modelIdentifier,
             instanceName="device",
         )

@@ -8,7 +8,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuits.pointers import advance
-from harvester.circuits.substeps import DID, N_VOLTAGES, ROOMS, KernelCircuit
+from harvester.circuits.substeps import DID, FINEST, N_VOLTAGES, ROOMS, KernelCircuit
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import inlined, version_of
@@ -77,9 +77,10 @@ def load_of(circuit: KernelCircuit, state: Floats, samples: int, keep: bool = Fa
 def _flown(begin, end, wall, first, d, load):
     """Advance the circuit along the charge's course over the interval d: the piezo's voltage."""
     circuit, state = load.circuit, load.state
-    whole = 1 if d.t == d.h else 0
-    advance(circuit.address, circuit.record, state, load.room, begin, end, wall, first, d.t, whole)
-    if whole == 1:
+    # a part of a step ends at its last shortest step; what is added is far above rounding
+    count = int(d.t / d.h * FINEST + 1e-4)
+    advance(circuit.address, circuit.record, state, load.room, begin, end, wall, first, d.t, count)
+    if count == FINEST:
         last = len(state) - DID
         for k in range(3):
             load.counts[k] += state[last + k]

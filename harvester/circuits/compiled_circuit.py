@@ -376,8 +376,8 @@ class CompiledCircuit:
             record, address, self.room, self.voltages_at, self.scales.volts, self._unit
         )
 
-    def _record(self, h: float) -> tuple[Any, ...]:
-        """The record of `CIRCUIT`, and the arrays that it points to."""
+    def tables(self, h: float) -> tuple[dict[str, float], dict[str, Floats]]:
+        """The numbers of `CIRCUIT` at steps of h without addresses, and the arrays at these."""
         stages = [self.reduction.stage(self._tau(h) / 2**k) for k in range(LEVELS)]
         names = "admittances", "right", "outputs"
         matrices = [np.array([getattr(stage, name) for stage in stages]) for name in names]
@@ -388,26 +388,34 @@ class CompiledCircuit:
         ).reshape(2, -1)
         volts = np.array([volts for _, _, _, volts in self.system.charges])
         given = np.array(self.solver.arguments or [0.0])
-        arrays = [
-            np.ascontiguousarray(values, dtype=np.float64)
-            for values in (*matrices, given, thresholds, volts)
-        ]
-        record = np.zeros(1, CIRCUIT)
-        for name, array in zip(
-            ("Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at"), arrays, strict=True
-        ):
-            record[name] = array.ctypes.data
+        at = ("Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at")
+        arrays = {
+            name: np.ascontiguousarray(values, dtype=np.float64)
+            for name, values in zip(at, (*matrices, given, thresholds, volts), strict=True)
+        }
         ns, n, many, nz = self.sizes
-        record["solver_at"] = self.solver.address
-        record["switches"] = many
-        record["n"] = n
-        record["nz"] = nz
-        record["ns"] = ns
         finest = RINGING if self.has_coils else self.tolerance
-        record["least"] = LEAST * s.volts
-        record["tolerance"] = min(finest, self.tolerance)
-        record["charge"] = s.capacitance * s.volts
-        record["seconds"] = h / s.frequency
+        record = {
+            "n": n,
+            "nz": nz,
+            "ns": ns,
+            "switches": many,
+            "least": LEAST * s.volts,
+            "tolerance": min(finest, self.tolerance),
+            "charge": s.capacitance * s.volts,
+            "seconds": h / s.frequency,
+        }
+        return record, arrays
+
+    def _record(self, h: float) -> tuple[Any, ...]:
+        """The record of `CIRCUIT`, and the arrays that it points to."""
+        numbers, arrays = self.tables(h)
+        record = np.zeros(1, CIRCUIT)
+        for name, value in numbers.items():
+            record[name] = value
+        for name, array in arrays.items():
+            record[name] = array.ctypes.data
+        record["solver_at"] = self.solver.address
         return record, arrays
 
 

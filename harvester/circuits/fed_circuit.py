@@ -7,7 +7,7 @@ i + sqrt(S(u)) xi, where xi is white noise with unit density, or absent.
 import math
 
 from harvester.circuits.pointers import advance
-from harvester.circuits.substeps import DID
+from harvester.circuits.substeps import DID, FINEST
 from harvester.mechanics.kernels.compiled import kernel
 
 
@@ -58,7 +58,7 @@ def feed(circuit, state, room, table, top, h, delay, charge, stride, variates, o
             given / charge,
             1.0,
             1.0,
-            1,
+            FINEST,
         )
         square += state[last]
         steps += state[last + 1]

@@ -38,6 +38,7 @@ from harvester.circuits.newton_parts import (
     ALMOST, DAMPED, MOST_ITERATIONS, RELATIVE, SIGNATURE, fudged, limited, power_slope, solve_dense, table_at,
     table_slope,
 )
+from harvester.circuits.pointers import data
 from harvester.mechanics.kernels.compiled import c_function
 
 
@@ -207,7 +208,7 @@ class Solver:
             "        b[k] = 0.0",
             *(f"    b[{i}] = b{i}" for i in range(n)),
             *(f"    b[{n + i * n + j}] = a{i}_{j}" for i, j in entries),
-            f"    if not solve_dense(b[{n} :].reshape(({n}, {n})), b, {n}):",
+            f"    if not solve_dense(carray(data(b[{n} :]), ({n}, {n})), b, {n}):",
             "        return -1",
         ]
 

@@ -39,7 +39,7 @@ def call_solver(typingctx, address, y, r, Y, p, s, q, work, rate):
 
 
 @intrinsic
-def advance(typingctx, address, circuit, state, room, x, x1, wall, first, h, whole):
+def advance(typingctx, address, circuit, state, room, x, x1, wall, first, h, count):
     """Call `follow` at its address, on the data of arrays."""
 
     def codegen(context, builder, signature, args):

@@ -24,6 +24,7 @@ from harvester.mechanics.kernels.compiled import c_function, inlined
 
 GAMMA = 1.0 - np.sqrt(0.5)
 LEVELS = 18  # lengths of steps, from h to h/2^17
+FINEST = 1 << (LEVELS - 1)  # shortest steps in one of length h
 # level of the steps in which an impact is averaged: a rectifier sees the voltage at contact
 IMPACT = 6
 GIVEN_UP = 1 << (LEVELS - 5)  # shortest steps that are left out if one does not converge
@@ -40,10 +41,10 @@ NEVER = 1e300  # the error of a step that did not converge
 # of each charge is in V; the numbers of unknowns, charges (linear ones, and all) and switches; the
 # least size of a charge (V), the largest error of a step over it, theta l (C), and the seconds of a
 # step h; and the address of a log of its own steps (`logged`), or 0.
-_AT = ("solver_at", "Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at", "log_at")
-_COUNTS = ("n", "nz", "ns", "switches")
+AT = ("solver_at", "Y_at", "R_at", "O_at", "p_at", "thresholds_at", "volts_at", "log_at")
+COUNTS = ("n", "nz", "ns", "switches")
 CIRCUIT = np.dtype(
-    [(name, np.int64) for name in (*_AT, *_COUNTS)]
+    [(name, np.int64) for name in (*AT, *COUNTS)]
     + [(name, np.float64) for name in ("least", "tolerance", "charge", "seconds")],
     align=True,
 )
@@ -187,13 +188,13 @@ def copy(to, array):
 
 
 @inlined
-def logged(c, seconds, state, whole):
+def logged(c, seconds, state, count):
     """Add a step of a whole drift to a log: the number of its rows, the room for them, and rows of seconds and a state.
 
     For the state reached that are the charges, the unknowns that functions read, and the switches
     as they were before.
     """
-    if c.log_at == 0 or whole == 0:
+    if c.log_at == 0 or count != FINEST:
         return
     head = carray(pointer(c.log_at), 2)
     width = 1 + c.ns + c.n + c.switches
@@ -205,8 +206,8 @@ def logged(c, seconds, state, whole):
 
 
 @c_function(FOLLOW, later=True)
-def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
-    """Advance a circuit by a drift: all of a step h, or the first half of one if ``whole`` is 0.
+def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, count):
+    """Advance a circuit by a drift of length h: ``count`` of the `FINEST` parts of a step.
 
     A state is its charges, the unknowns that functions read, the switches, the sizes of the linear
     charges (V) with the level, the reported quantities (the voltages of piezo, store and load, and
@@ -233,20 +234,18 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
     new = room[3]
     volts = carray(pointer(c.volts_at), nz)
     thresholds = carray(pointer(c.thresholds_at), (2, c.switches))
-    finest = 1 << (LEVELS - 1)
-    total = finest if whole != 0 else finest // 2
-    level = max(int(sizes[nz]), 0 if whole != 0 else 1)
+    level = int(sizes[nz])
     at = 0
     square = 0.0
     steps = 0
     failed = 0
-    unit = h / total
+    unit = h / count
     before = position_at(0.0, x, x1, wall, first, h)
-    while at < total:
-        size = finest >> level
-        while at % size != 0 or at + size > total:
+    while at < count:
+        size = FINEST >> level
+        while at % size != 0 or at + size > count:
             level += 1
-            size = finest >> level
+            size = FINEST >> level
         if level < IMPACT and at * unit < first < (at + size) * unit * (1.0 - 1e-9):
             level += 1
             continue
@@ -265,15 +264,15 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, whole):
             # what does not converge at the shortest step is left as it was for a while, and told
             failed += 1
             state[length - 1] = iterations
-            at = min((at // GIVEN_UP + 1) * GIVEN_UP, total)
+            at = min((at // GIVEN_UP + 1) * GIVEN_UP, count)
             before = position_at(at * unit, x, x1, wall, first, h)
             continue
         copy(s, end)
         copy(y, trial)
         copy(voltages, new)
-        logged(c, seconds, state, whole)
+        logged(c, seconds, state, count)
         for k in range(nz):
-            sizes[k] = max(sizes[k] * (1.0 - FADING * size / finest), abs(s[k]) * volts[k])
+            sizes[k] = max(sizes[k] * (1.0 - FADING * size / FINEST), abs(s[k]) * volts[k])
         switch(thresholds, voltages, switches)
         square += seconds * ((1.0 - GAMMA) * load_voltage * load_voltage + GAMMA * new[2] * new[2])
         at += size

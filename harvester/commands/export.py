@@ -34,7 +34,10 @@ from harvester.errors import InputError
 )
 @cloup.option_group(
     "FMU",
-    cloup.option("--circuit", help="'inside', or 'outside': an electrical port.  Default: inside."),
+    cloup.option(
+        "--circuit",
+        help="'inside', 'netlist' (never as an ideal circuit), or 'outside'.  Default: inside.",
+    ),
     cloup.option("--fmi", type=int, help="Version of FMI, 2 or 3.  Default: 2."),
     cloup.option(
         "--platforms", help="Such as linux-x86_64,windows-x86_64, or all.  Default: this machine's."

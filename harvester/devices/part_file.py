@@ -36,7 +36,8 @@ def export(
         option of a subcircuit: the length (s) of noise that is written point by point; None: 1000
         periods.
     circuit : str, optional
-        option of an FMU: "inside" (None), with the load, a resistor or an ideal circuit; or
+        option of an FMU: "inside" (None), with the load, a resistor, an ideal circuit or a compiled
+        netlist; "netlist", the same with the netlist itself in place of its ideal circuit; or
         "outside", with an electrical port: current (A) and load resistance (ohm) in, voltage (V)
         out.
     fmi : int, optional

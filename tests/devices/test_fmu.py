@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -291,11 +292,10 @@ def test_library_needs_the_c_library_alone():
         ("plate_with_stop.toml", {"platforms": ["linux"]}, InputError, "unknown platform 'linux'"),
         ("plate_with_stop.toml", {"platforms": []}, InputError, "one at least"),
         ("plate_with_stop.toml", {"fmi": 1}, InputError, "be 2 or 3"),
-        ("plate_with_stop.toml", {"circuit": "beside"}, InputError, "inside or outside"),
+        ("plate_with_stop.toml", {"circuit": "beside"}, InputError, "inside, outside or netlist"),
         ("plate_with_stop.toml", {"name": "x"}, InputError, "must belong to a subcircuit"),
         ("paper_figure3.toml", {}, InputError, "must be a device"),
         ("two_modes_with_stop.toml", {}, CannotServeError, "one mode"),
-        ("bimorph_board.toml", {}, CannotServeError, "another netlist"),
     ],
 )
 def test_refused(tmp_path, scene, options, error, words):
@@ -329,6 +329,22 @@ def test_the_same_scene_gives_the_same_bytes(tmp_path):
         subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
         made.append(out.read_bytes())
     assert made[0] == made[1]
+
+
+def test_icon_and_terminals():
+    """FMI 2 has model.png; the terminals and the icon of FMI 3 satisfy its schema."""
+    etree = pytest.importorskip("lxml.etree")
+    schema = Path(pytest.importorskip("fmpy").__file__).parent / "schema" / "fmi3"
+    with zipfile.ZipFile(fmu.built()) as archive:
+        assert archive.read("model.png").startswith(b"\x89PNG")
+    with zipfile.ZipFile(fmu.built(fmi=3)) as archive:
+        document = etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+        assert archive.read("terminalsAndIcons/icon.png").startswith(b"\x89PNG")
+        assert etree.fromstring(archive.read("terminalsAndIcons/icon.svg")).tag.endswith("svg")
+    valid = etree.XMLSchema(etree.parse(schema / "fmi3TerminalsAndIcons.xsd"))
+    valid.assertValid(document)
+    assert document.find("GraphicalRepresentation/Icon") is not None
+    assert [port.get("name") for port in document.iter("Terminal")] == ["base"]
 
 
 def test_licence_and_words_inside():

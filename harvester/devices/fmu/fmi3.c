@@ -111,7 +111,7 @@ API fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3
     if (changed(c, AT_EVENT, AT_EVENT) != fmi3OK) return fmi3Error;
     *values = d->w[W_PENDING] != 0.0;
     inputs(d);
-    harvester_part(JUMP, d->numbers, d->w, d->words, d->out, 0.0);
+    call(c, JUMP, 0.0);
     d->stale = 1;
     return fmi3OK;
 }

@@ -11,7 +11,7 @@
 #include <string.h>
 
 enum { BEGIN, ADVANCE, STOPPING, JUMP, READ };                /* harvester/mechanics/part/part_state.py */
-enum { DONE, EVENT, FAILED };
+enum { DONE, EVENT, FAILED, UNSOLVED };
 enum { PARAMETER, TUNABLE, INPUT, OUTPUT, TIME };             /* kinds of variables */
 enum { CREATED, INITIALISING, RUNNING, AT_EVENT, ENDED };     /* phases of an instance */
 enum { FLOAT, INTEGER };
@@ -29,7 +29,7 @@ typedef struct { int number, variable; double power; } Term;
 
 #include "model.h"
 
-long long harvester_part(long long what, double *numbers, double *w, uint64_t *words, double *out, double until);
+long long harvester_part(long long what, double *numbers, double *w, uint64_t *words, int64_t *at, double *out, double until);
 
 typedef struct { /* the whole state, as it is saved and restored */
     double v[VARIABLES];
@@ -48,7 +48,46 @@ typedef struct Part {
     void *logger;
     char *name;
     int events, early;
+#if NETLIST
+    double room[ROOM_SIZE], aside[NETLIST_SIZE]; /* no part of the state */
+#endif
 } Part;
+
+/* Call the compiled part; a netlist inside works on the tables of model.h. */
+static int call(Part *part, int what, double until) {
+    Data *d = &part->data;
+#if NETLIST
+    Circuit circuit = CIRCUIT_RECORD;
+    circuit.charge = d->numbers[N_CHARGE];
+    int64_t at[] = {(intptr_t)&circuit, (intptr_t)harvester_follow, (intptr_t)part->room, (intptr_t)part->aside};
+#else
+    int64_t at[] = {0};
+#endif
+    return (int)harvester_part(what, d->numbers, d->w, d->words, at, d->out, until);
+}
+
+/* The first state of a netlist inside. */
+static void begin_netlist(Data *d) {
+#if NETLIST
+    double *circuit = d->w + NETLIST_AT;
+    memcpy(circuit, of_rest, NETLIST_SIZE * sizeof *circuit);
+    circuit[PIEZO_AT] = d->v[V_VOLTAGE] / PIEZO_VOLTS;
+    circuit[VOLTAGES_AT] = d->v[V_VOLTAGE];
+    if (V_STORE >= 0) {
+        circuit[CSMOOTH_AT < 0 ? 0 : CSMOOTH_AT] = d->v[V_STORE < 0 ? 0 : V_STORE] / CSMOOTH_VOLTS;
+        circuit[VOLTAGES_AT + 1] = d->v[V_STORE < 0 ? 0 : V_STORE];
+    }
+#endif
+}
+
+/* The element of a netlist whose equations were not solved last, of which the solver returned the number. */
+static const char *unsolved(const Data *d) {
+#if NETLIST
+    int k = (int)(-2.0 - d->w[NETLIST_AT + NETLIST_SIZE - 1]);
+    if (k >= 0 && k < FUNCTIONS) return ELEMENT[k];
+#endif
+    return "its elements";
+}
 
 static void complain(Part *part, const char *format, ...) {
     char words[400];
@@ -97,7 +136,8 @@ static int begin(Part *part) {
     d->w[W_X] = d->v[V_DISPLACEMENT] / d->numbers[N_LENGTH];
     d->w[W_SPEED] = d->v[V_VELOCITY] / d->numbers[N_SPEED];
     d->w[W_VOLTAGE] = d->v[V_VOLTAGE] / d->numbers[N_VOLTS];
-    d->w[W_STORE] = V_STORE < 0 ? 0.0 : d->v[V_STORE] / d->numbers[N_VOLTS];
+    d->w[W_STORE] = V_STORE < 0 ? 0.0 : d->v[V_STORE < 0 ? 0 : V_STORE] / d->numbers[N_VOLTS];
+    begin_netlist(d);
     d->w[W_FOLLOWER] = d->w[W_X];
     uint64_t z = V_SEED < 0 ? 0 : (uint64_t)(int64_t)d->v[V_SEED];
     d->words[0] = split_mix(&z) | 1;
@@ -134,7 +174,7 @@ static void refresh(Part *part) {
     if (!d->stale) return;
     if (d->phase == INITIALISING || d->phase == CREATED) begin(part);
     inputs(d);
-    harvester_part(READ, d->numbers, d->w, d->words, d->out, 0.0);
+    call(part, READ, 0.0);
     d->stale = 0;
 }
 
@@ -189,11 +229,15 @@ static int step(Part *part, double t, double h, int stop) {
     }
     inputs(d);
     double until = (t + h - d->origin) * FREQUENCY;
-    int answer = (int)harvester_part(stop ? STOPPING : ADVANCE, d->numbers, d->w, d->words, d->out, until);
+    int answer = call(part, stop ? STOPPING : ADVANCE, until);
     d->stale = 1;
     if (answer != EVENT) d->slope = 0.0;
     if (answer == FAILED) {
         complain(part, "the motion must stay finite, but has grown without bound by %g s: see the damping", t + h);
+        return FAILED;
+    }
+    if (answer == UNSOLVED) {
+        complain(part, "the netlist must have a solution at each step, but by %g s too many fail, the last at %s", t + h, unsolved(d));
         return FAILED;
     }
     d->time = answer == EVENT ? d->origin + d->w[LOCATED ? W_TIME : W_NOW] / FREQUENCY : t + h;

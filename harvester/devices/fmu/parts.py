@@ -7,6 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.circuits.circuit_part import (
+    CircuitTables,
+    NetlistNumbers,
+    circuit_tables,
+    netlist_numbers,
+)
+from harvester.circuits.compiled_circuit import CompiledCircuit, compiled_circuit
 from harvester.devices.fmu import fixed_scales
 from harvester.devices.fmu.fixed_scales import Units
 from harvester.equations.coefficients import Equations
@@ -15,6 +22,7 @@ from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.errors import CannotServeError, InputError
 from harvester.mechanics.kernels.coefficients import coefficients
+from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.shaking import drawn_record, filter_of
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.part import gridded, located
@@ -23,6 +31,10 @@ from harvester.mechanics.part.located import Wall
 from harvester.mechanics.part.numbers import names, values
 from harvester.mechanics.part.outside_forces import Outside
 
+INSIDE = "inside"
+OUTSIDE = "outside"
+NETLIST = "netlist"  # inside, and the netlist itself in place of its ideal circuit
+CIRCUITS = (INSIDE, OUTSIDE, NETLIST)
 OPEN_LOAD = 1e12  # ohm, of an electrical port without a load
 LONGEST_RECORD = 500_000  # accelerations inside the part
 NO_STOPS = dict.fromkeys(
@@ -31,15 +43,20 @@ NO_STOPS = dict.fromkeys(
 
 
 class CompiledPart(NamedTuple):
-    """A plan, the names of its numbers followed by those of its `Units`, and their values."""
+    """A plan, the names of its numbers followed by those of its `Units`, and their values.
+
+    A netlist inside is a ``board`` with its ``tables``.
+    """
 
     plan: Plan
     names: list[str]
     values: list[float]
+    board: CompiledCircuit | None = None
+    tables: CircuitTables | None = None
 
 
 def check(problem: Problem) -> None:
-    """Raise InputError for a nondimensional scene, CannotServeError for an effect that an FMU lacks."""
+    """Raise InputError for a nondimensional scene, CannotServeError for an absent effect."""
     if not problem.physical:
         raise InputError(
             "the scene must be a device, with [oscillator] and [piezo], but is nondimensional"
@@ -52,25 +69,46 @@ def check(problem: Problem) -> None:
         )
 
 
-def part_of(problem: Problem, scales: Scales, outside: bool = False, seed: int = 0) -> CompiledPart:
-    """The compiled part of a problem in fixed ``scales``; ``outside`` leaves the load to a port.
+def part_of(
+    problem: Problem, scales: Scales, circuit: str = "inside", seed: int = 0
+) -> CompiledPart:
+    """The compiled part of a problem in fixed ``scales``, with a ``circuit`` as of `export_fmu`.
 
     ``seed`` draws the noise record for a tabulated density.
     """
     eqs = fixed_scales.equations(problem, scales)
-    circuit = None
-    if outside:
+    units = fixed_scales.units(problem, scales)
+    load: IdealCircuit | NetlistNumbers | None = None
+    board = tables = None
+    if circuit == OUTSIDE:
         eqs = dataclasses.replace(eqs, mu=_port_mu(problem, problem, scales))
     elif problem.netlist:
-        circuit = fixed_scales.circuit(problem, scales)
-        if not circuit:
-            raise CannotServeError(
-                "an FMU has a resistor, or one of the package's ideal circuits, inside, but the "
-                "load is another netlist: leave the load to the importer with circuit outside"
-            )
-    plan = _plan(eqs, circuit, outside, step_of(eqs, circuit), seed)
-    units = fixed_scales.units(problem, scales)
-    return CompiledPart(plan, [*_names(plan), *Units._fields], [*numbers(plan), *units])
+        load = None if circuit == NETLIST else fixed_scales.circuit(problem, scales)
+        if load is None:
+            board = _board(problem)
+            tables = circuit_tables(board, step_of(eqs, board))
+            load = tables.numbers
+    plan = _plan(eqs, load, circuit == OUTSIDE, step_of(eqs, load), seed)
+    return CompiledPart(
+        plan=plan,
+        names=[*_names(plan), *Units._fields],
+        values=[*numbers(plan), *units],
+        board=board,
+        tables=tables,
+    )
+
+
+def _board(problem: Problem) -> CompiledCircuit:
+    """The load's netlist, compiled; CannotServeError for an element of another kind."""
+    load = problem.circuit
+    assert load, "a netlist is a circuit"
+    try:
+        return compiled_circuit(load, problem.scales)
+    except CannotServeError as error:
+        raise CannotServeError(
+            f"an FMU must have a netlist of elements that engine 'compiled' has, but {error}: "
+            "leave the load to the importer with circuit outside"
+        ) from None
 
 
 def numbers(plan: Plan) -> list[float]:
@@ -118,7 +156,7 @@ def _plan(eqs: Equations, circuit: object, outside: bool, h: float, seed: int) -
         low=_wall(low, eqs.restitution, 1.0),
         high=_wall(high, eqs.opposite_restitution, -1.0),
         outside=actions,
-        circuit=circuit,  # type: ignore[arg-type]
+        circuit=circuit,
         filter=None if eqs.coloured is None else filter_of(eqs, h)._replace(tone=None),
     )
 
@@ -144,22 +182,26 @@ def _record(eqs: Equations, h: float, seed: int) -> tuple[Floats | None, float |
     return np.ascontiguousarray(record.at_even_times(count)), record.period / count
 
 
-def numbers_at(
-    changed: Problem, first: Problem, part: CompiledPart, outside: bool
-) -> list[float] | None:
+def numbers_at(changed: Problem, first: Problem, part: CompiledPart) -> list[float] | None:
     """The numbers of a changed scene at the first one's scales; None if effects differ."""
     scales = first.scales
     plan = part.plan
     eqs = fixed_scales.equations(changed, scales)
-    circuit = None
+    units = fixed_scales.units(changed, scales)
+    circuit: IdealCircuit | NetlistNumbers | None = None
+    outside = plan.outside.current is not None
     if outside:
         eqs = dataclasses.replace(eqs, mu=_port_mu(first, changed, scales))
+    elif part.board is not None:
+        if changed.circuit != first.circuit or changed.scales.capacitance != scales.capacitance:
+            return None  # the tables are of these values
+        circuit = netlist_numbers(part.board, units.volts)
     elif changed.netlist:
         circuit = fixed_scales.circuit(changed, scales)
     again = _plan(eqs, circuit, outside, plan.h, 0)
     if _names(again) != _names(plan):
         return None
-    return [*numbers(again), *fixed_scales.units(changed, scales)]
+    return [*numbers(again), *units]
 
 
 def _port_mu(first: Problem, changed: Problem, scales: Scales) -> float:

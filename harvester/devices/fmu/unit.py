@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harvester.devices.fmu import parts
-from harvester.devices.fmu.objects import PLATFORMS, host
+from harvester.devices.fmu.objects import ENTRY, PLATFORMS, host
 from harvester.devices.fmu.variables import Variable, variables
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
@@ -24,7 +24,6 @@ from harvester.errors import invalid, unknown
 from harvester.machine import files
 
 VERSIONS = (2, 3)
-CIRCUITS = ("inside", "outside")
 FIRST_DATE = (1980, 1, 1, 0, 0, 0)  # of the files inside: the same scene gives the same bytes
 
 
@@ -58,9 +57,10 @@ def export_fmu(
     out
         the file to write, such as device.fmu.
     circuit
-        "inside": the load is in the FMU, a resistor or an ideal circuit of the package; "outside":
-        the FMU has an electrical port, with current (A) and load resistance (ohm) as inputs and
-        the voltage (V) as an output.
+        "inside": the load is in the FMU, a resistor, an ideal circuit of the package, or another
+        netlist, compiled; "netlist": as "inside", but the netlist itself in place of its ideal
+        circuit; "outside": the FMU has an electrical port, with current (A) and load resistance
+        (ohm) as inputs and the voltage (V) as an output.
     fmi
         2: FMI 2.0 for co-simulation; 3: FMI 3.0 with event mode, in which an impact ends a
         communication step early.
@@ -77,13 +77,13 @@ def export_fmu(
     InputError
         for a nondimensional scene, an unknown option, and a file that cannot be written.
     CannotServeError
-        for further modes, and a circuit inside that is a netlist of another kind.
+        for further modes, and a netlist with elements that engine "compiled" lacks.
     MissingProgramError
         without the package ziglang.
     """
     from harvester.devices.fmu.contents import build
     from harvester.devices.fmu.contents.description import ModelFacts, description, terminals
-    from harvester.devices.fmu.contents.documents import documents
+    from harvester.devices.fmu.contents.documents import documents, icons
     from harvester.devices.fmu.contents.header import header
 
     problem = Problem.of(scene).plain
@@ -91,13 +91,14 @@ def export_fmu(
     chosen = _options(circuit, fmi, platforms)
     parts.check(problem)
     build.check_compiler()
-    part = parts.part_of(problem, problem.scales, circuit == "outside", seed)
-    some = variables(problem, part, circuit == "outside")
-    code = _compiled(part)
+    part = parts.part_of(problem, problem.scales, circuit, seed)
+    some = variables(problem, part)
+    code = compiled(part)
     frequency = problem.scales.frequency
     step = part.plan.h / frequency
     content = header(some, part, "", frequency)
-    token = "{" + hashlib.sha256(f"{fmi}{content}{code}".encode()).hexdigest()[:32] + "}"
+    made_of = f"{fmi}{content}{''.join(code.values())}"
+    token = "{" + hashlib.sha256(made_of.encode()).hexdigest()[:32] + "}"
     content = header(some, part, token, frequency)
     title = problem.scene.title or problem.scene.name
     model = ModelFacts(name=name, token=token, title=title, step=step)
@@ -108,7 +109,7 @@ def export_fmu(
         inside[file] = build.library(code, content, platform, fmi)
     if fmi == 3:
         inside["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(some).encode()
-    inside |= documents(title, some, step)
+    inside |= documents(title, some, step) | icons(fmi)
     data = _zipped(inside)
     files.write(path, data, argument)
     return Exported(name, some, chosen, step, len(data))
@@ -125,8 +126,8 @@ def _checked(out: str | Path, argument: str) -> tuple[Path, str]:
 
 def _options(circuit: str, fmi: int, platforms: str | Sequence[str] | None) -> list[str]:
     """The platforms; InputError for an option that is unknown."""
-    if circuit not in CIRCUITS:
-        raise invalid("`circuit`", f"be {' or '.join(CIRCUITS)}", circuit)
+    if circuit not in parts.CIRCUITS:
+        raise invalid("`circuit`", "be inside, outside or netlist", circuit)
     if fmi not in VERSIONS:
         raise invalid("`fmi`", "be 2 or 3", fmi)
     if platforms is None:
@@ -144,16 +145,25 @@ def _options(circuit: str, fmi: int, platforms: str | Sequence[str] | None) -> l
     return list(chosen)
 
 
-def _compiled(part: parts.CompiledPart) -> str:
-    """The LLVM code of a part; numba counts in its names of functions, which are replaced."""
+def compiled(part: parts.CompiledPart) -> dict[str, str]:
+    """The LLVM code of a part's C functions, by their names."""
+    from harvester.circuits.circuit_part import circuit_functions
+    from harvester.devices.fmu.contents.build import kept
+    from harvester.mechanics.kernels.compiled import compiled_sources
     from harvester.mechanics.part.entry import entry
 
+    code = {ENTRY: str(entry(part.plan).inspect_llvm())}
+    if part.board is not None:
+        sources = [path.read_text() for path in compiled_sources()]
+        for name, function in circuit_functions(part.board).items():
+            code[name] = kept([function.text, *sources], "ll", function.code).decode()
+    return {name: _renamed(llvm) for name, llvm in code.items()}
+
+
+def _renamed(llvm: str) -> str:
+    """The same with names of functions of our own: numba counts in its names."""
     names: dict[str, str] = {}
-    return re.sub(
-        r"_ZN\w+",
-        lambda found: names.setdefault(found[0], f"part{len(names)}"),
-        str(entry(part.plan).inspect_llvm()),
-    )
+    return re.sub(r"_ZN\w+", lambda found: names.setdefault(found[0], f"part{len(names)}"), llvm)
 
 
 def _zipped(inside: dict[str, bytes]) -> bytes:

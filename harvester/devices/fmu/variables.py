@@ -50,6 +50,13 @@ OUTPUTS = (
     ("damping_energy", OUT.DAMPING, "joules", "J", "energy lost in the damping so far"),
     ("impact_energy", OUT.LOST, "joules", "J", "energy lost in impacts so far"),
     ("stored_energy", OUT.STORED, "joules", "J", "energy in mass, springs and capacitances"),
+    (
+        "delivered_energy",
+        OUT.DELIVERED,
+        "joules",
+        "J",
+        "energy in the netlist's load resistance so far",
+    ),
     ("store_voltage", OUT.STORE, "volts", "V", "voltage across the circuit's capacitor"),
 )
 OF_STOPS = ("impacts", "impact_time", "impact_speed", "base_impulse", "impact_energy")
@@ -72,7 +79,7 @@ class Variable:
     powers: dict[int, float] = field(default_factory=dict)
 
 
-def variables(problem: Problem, part: CompiledPart, outside: bool) -> list[Variable]:
+def variables(problem: Problem, part: CompiledPart) -> list[Variable]:
     """All variables of a part; a variable's index is its value reference."""
     eqs = problem.equations
     listed = [Variable("time", TIME, "s", "simulated time")]
@@ -84,9 +91,9 @@ def variables(problem: Problem, part: CompiledPart, outside: bool) -> list[Varia
             "acceleration of the base, in addition to the scene's excitation",
         )
     )
-    if outside:
+    if part.plan.outside.current is not None:
         listed += _electrodes(problem, part)
-    listed += [*_parameters(problem, part, outside), *_starts(problem, part)]
+    listed += [*_parameters(problem, part), *_starts(problem, part)]
     if eqs.has_new_noise:
         listed.append(
             Variable(
@@ -94,9 +101,12 @@ def variables(problem: Problem, part: CompiledPart, outside: bool) -> list[Varia
             )
         )
     for name, index, unit, si, meaning in OUTPUTS:
-        if (name in OF_STOPS and not eqs.has_stop) or (
-            name == "store_voltage" and not part.plan.circuit
-        ):
+        absent = (
+            (name in OF_STOPS and not eqs.has_stop)
+            or (name == "store_voltage" and not has_store(part))
+            or (name == "delivered_energy" and part.tables is None)
+        )
+        if absent:
             continue
         listed.append(
             Variable(
@@ -140,37 +150,59 @@ def _starts(problem: Problem, part: CompiledPart) -> list[Variable]:
     starts = [
         Variable("initial.displacement", PARAMETER, "m", "initial displacement", start),
         Variable("initial.velocity", PARAMETER, "m/s", "initial velocity"),
-        Variable("initial.voltage", PARAMETER, "V", "initial voltage of the piezo"),
+        Variable(
+            "initial.voltage",
+            PARAMETER,
+            "V",
+            "initial voltage of the piezo",
+            start=_first_voltage(part, "piezo"),
+        ),
     ]
-    if part.plan.circuit:
+    if has_store(part):
         starts.append(
             Variable(
                 "initial.store_voltage",
                 PARAMETER,
                 "V",
                 "initial voltage across the circuit's capacitor",
-                0.0,
-                0.0,
+                start=_first_voltage(part, "csmooth"),
+                least=-LARGEST if part.tables else 0.0,
             )
         )
     return starts
 
 
-def _parameters(problem: Problem, part: CompiledPart, outside: bool) -> list[Variable]:
+def has_store(part: CompiledPart) -> bool:
+    """Whether the circuit of a part has a storage capacitor."""
+    if part.tables is not None:
+        return "csmooth" in part.tables.volts
+    return bool(part.plan.circuit)
+
+
+def _first_voltage(part: CompiledPart, charge: str) -> float:
+    """The voltage that the netlist gives a capacitor at first (V)."""
+    if part.tables is None:
+        return 0.0
+    index, volts = part.tables.volts[charge]
+    return float(part.tables.rest[index] * volts)
+
+
+def _parameters(problem: Problem, part: CompiledPart) -> list[Variable]:
     """The scene's keys of which all numbers of the part are powers; the others are fixed in it.
 
     The powers are measured on the package's own conversion of a scene, at two smaller values.
     """
     parameters = []
+    has_port = part.plan.outside.current is not None
     for table, name, value in problem.scene.values():
         keys = [(name, value)]
         if name == "parameters":
             keys = [(f"parameters.{inner}", number) for inner, number in value.items()]
         for key, number in keys:
             of_load = table == "load"
-            if not isinstance(number, float) or number == 0.0 or (of_load and outside):
+            if not isinstance(number, float) or number == 0.0 or (of_load and has_port):
                 continue
-            powers = _powers(problem, part, f"{table}.{key}", number, outside)
+            powers = _powers(problem, part, f"{table}.{key}", number)
             if not powers:
                 continue
             kind = key_kind(table, key) if not key.startswith("parameters.") else None
@@ -206,14 +238,14 @@ def _parameter(
 
 
 def _powers(
-    problem: Problem, part: CompiledPart, key: str, value: float, outside: bool
+    problem: Problem, part: CompiledPart, key: str, value: float
 ) -> dict[int, float] | None:
     """The powers of a key in the numbers of a part; None without any, or for another law."""
     measured = []
     for factor in SMALLER:
         try:
             changed = Problem(problem.scene.varied({key: value * factor}))
-            numbers = parts.numbers_at(changed, problem, part, outside)
+            numbers = parts.numbers_at(changed, problem, part)
         except HarvesterError:
             return None
         if numbers is None:

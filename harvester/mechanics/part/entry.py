@@ -1,12 +1,13 @@
 """The C function of a device that an importer advances, compiled for the effects of its scene.
 
-    int64 harvester_part(int64 task, double *numbers, double *w, uint64 *words, double *out,
-                         double until)
+    int64 harvester_part(int64 task, double *numbers, double *w, uint64 *words, int64 *at,
+                         double *out, double until)
 
-``numbers`` are those of the templates of `Plan`, one after the other; ``w`` is the whole state
-(`W`), ``words`` that of the random generator, ``out`` the report of `READ` (`OUT`), all
-nondimensional.  The answer is one of `DONE`, `EVENT` (with `STOPPING`: the time is that of an
-impact, whose jump waits) and `FAILED` (a number is infinite or not a number).
+``at`` are addresses, of a netlist inside alone (`harvester.circuits.circuit_part`); ``numbers``
+are those of the templates of `Plan`, one after the other; ``w`` is the whole state (`W`), ``words``
+that of the random generator, ``out`` the report of `READ` (`OUT`), all nondimensional.  The answer
+is one of `DONE`, `EVENT` (with `STOPPING`: the time is that of an impact, whose jump waits),
+`FAILED` (a number is infinite or not a number) and `UNSOLVED` (the steps of a netlist fail).
 """
 
 from typing import Any, NamedTuple
@@ -26,14 +27,16 @@ from harvester.mechanics.part.part_state import with_pulls
 
 DOUBLES = types.CPointer(types.float64)
 WORDS = types.CPointer(types.uint64)
-SIGNATURE = types.int64(types.int64, DOUBLES, DOUBLES, WORDS, DOUBLES, types.float64)
+ADDRESSES = types.CPointer(types.int64)
+ARGUMENTS = (types.int64, DOUBLES, DOUBLES, WORDS, ADDRESSES, DOUBLES, types.float64)
+SIGNATURE = types.int64(*ARGUMENTS)
 
 
 class Plan(NamedTuple):
     """A device as templates of the numbers of its parts, None for an absent part.
 
     ``located`` chooses located impacts (`harvester.mechanics.part.located`) in place of the grid.
-    ``h`` is the step.
+    ``h`` is the step, and ``circuit`` an `IdealCircuit`, or the numbers of a netlist.
     """
 
     located: bool
@@ -43,7 +46,7 @@ class Plan(NamedTuple):
     low: Wall | None
     high: Wall | None
     outside: Outside
-    circuit: IdealCircuit | None = None
+    circuit: Any = None
     filter: Filter | None = None
 
 
@@ -64,17 +67,17 @@ def read(template, numbers, first):
     return read_numbers(template, numbers, first)
 
 
-def stored(circuit):
+def stored(circuit, w, at):
     """The load of a circuit, whose store the state has; None without."""
 
 
 @version_of(stored, circuit=None)
-def _not_stored(circuit):
+def _not_stored(circuit, w, at):
     return None
 
 
 @version_of(stored, circuit=IdealCircuit)
-def _stored(circuit):
+def _stored(circuit, w, at):
     return IdealLoad(circuit, Store(0.0, 0.0), None)
 
 
@@ -102,7 +105,7 @@ def entry(plan: Plan) -> Any:
     circuit = plan.circuit
     noise = plan.filter
 
-    def located(task, numbers, w, words, out, until):
+    def located(task, numbers, w, words, at, out, until):
         device = Located(
             h=h,
             quiet=read_numbers(quiet, numbers, of_quiet),
@@ -113,7 +116,7 @@ def entry(plan: Plan) -> Any:
         )
         return located_part(task, w, out, until, device)
 
-    def gridded(task, numbers, w, words, out, until):
+    def gridded(task, numbers, w, words, at, out, until):
         grid = Gridded(
             h=h,
             quiet=read_numbers(quiet, numbers, of_quiet),
@@ -121,7 +124,7 @@ def entry(plan: Plan) -> Any:
             outside=read_numbers(outside, numbers, of_outside),
             filter=read(noise, numbers, of_filter),
         )
-        load = stored(read(circuit, numbers, of_circuit))
+        load = stored(read(circuit, numbers, of_circuit), w, at)
         return gridded_part(task, w, words, out, until, load=load, grid=grid)
 
     return cfunc(SIGNATURE, **COMPILER, **FLAGS)(located if plan.located else gridded)

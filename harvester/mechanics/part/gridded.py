@@ -1,4 +1,4 @@
-"""A device on a grid of steps that begins at time 0: for noise, compliant stops and ideal circuits.
+"""A device on a grid of steps that begins at time 0: for noise, compliant stops and circuits.
 
 The grid is that of the package's ensembles and paths (`harvester.mechanics.trace`): a kick at each
 point, half a kick at the first, and a drift between them with any number of impacts.  A time
@@ -6,14 +6,11 @@ between two points is reached by a part of the drift, from the point before: wha
 communication steps, the path is the same to the last digit.
 """
 
-import math
 from typing import NamedTuple
-
-from numba import carray, types  # type: ignore[attr-defined]
 
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import inlined, version_of
-from harvester.mechanics.kernels.driver import IdealLoad, drifted
+from harvester.mechanics.kernels.driver import IdealLoad, aside, drifted
 from harvester.mechanics.kernels.equation_of_motion import (
     carried,
     friction,
@@ -23,9 +20,8 @@ from harvester.mechanics.kernels.equation_of_motion import (
 )
 from harvester.mechanics.kernels.ideal_circuit import Store
 from harvester.mechanics.kernels.intervals import interval
-from harvester.mechanics.kernels.noise import shuffle, two_variates
 from harvester.mechanics.kernels.offset_stops import kick_at_stops
-from harvester.mechanics.kernels.shaking import Filter, shake
+from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.part.outside_forces import (
     Outside,
     PartMotion,
@@ -34,6 +30,7 @@ from harvester.mechanics.part.outside_forces import (
     at_time,
     dissipated,
 )
+from harvester.mechanics.part.part_noise import begin_noise, filtered, shaker_of, step_noise, white
 from harvester.mechanics.part.part_state import (
     ADVANCE,
     DONE,
@@ -42,6 +39,7 @@ from harvester.mechanics.part.part_state import (
     READ,
     SLACK,
     STOPPING,
+    UNSOLVED,
     is_on_stop,
     kept,
     loaded,
@@ -50,7 +48,6 @@ from harvester.mechanics.part.part_state import (
 
 STEP = 0.2  # of the package's default step: the energy of an impact between two kicks is then right
 RESOLVED = 0.15  # a step times the frequency, at most: 1.5 of the package's default steps
-DIGITS = 1.0 / 2.0**53
 
 
 class Gridded(NamedTuple):
@@ -105,6 +102,16 @@ def _keep_store(load, w):
     return 0
 
 
+def is_solved(load):
+    """Whether the equations of the load were solved in all steps but a few."""
+
+
+@version_of(is_solved, load=None)
+@version_of(is_solved, load=IdealLoad)
+def _in_closed_form(load):
+    return True
+
+
 def load_energy(m, before, end, t, c):
     """The energy out of the piezo in a drift of t from m, which has the ``end`` of `drifted`."""
 
@@ -135,8 +142,12 @@ def flight(m, load, t, a, grid):
     end = drifted(State(m.x, m.v, m.V), d, grid.c, a, load)
     s1, load1, did = end
     energy = load_energy(m, load, end, t, grid.c)
+    work = m.work
+    if grid.c.r is not None and grid.c.n1 is None and did.number > 0.0:
+        # Kicks count the work along straight lines to either side, of which an impact leaves a part
+        work += a * (s1.x - m.x - 0.5 * t * (m.v + s1.v))
     m1 = PartMotion(
-        x=s1.x, v=s1.v, V=s1.V, t=m.t + t, work=m.work, load=m.load + energy, damping=m.damping
+        x=s1.x, v=s1.v, V=s1.V, t=m.t + t, work=work, load=m.load + energy, damping=m.damping
     )
     return Flight(
         m=m1,
@@ -179,8 +190,8 @@ def struck(m, h, a, xi, other, grid):
 
 @inlined
 def shown(m, load, t, a, grid):
-    """The flight of t after a point of the grid, its velocity moved to that time; 0 at rest on a stop."""
-    f = flight(m, load, t, a, grid)
+    """The flight of t after a point of the grid, its velocity at that time; 0 at rest on a stop."""
+    f = flight(m, aside(load), t, a, grid)
     v = kick(State(f.m.x, f.m.v, f.m.V), 0.0, t - 0.5 * grid.h, grid.quiet, a)
     if is_on_stop(f.m, grid.c):
         v = 0.0
@@ -193,80 +204,6 @@ def shown(m, load, t, a, grid):
         energy=f.energy,
         impulse=f.impulse,
     )
-
-
-@inlined
-def uniform(words):
-    """A number between 0 and 1, from 53 random bits."""
-    bits, words[0], words[1] = shuffle(words[0], words[1])
-    return ((bits >> types.uint64(11)) + 0.5) * DIGITS
-
-
-@inlined
-def white(words, c):
-    """The two variates of a kick; 0 and None without white noise."""
-    if c.n1 is None and c.n2 is None:
-        return 0.0, None
-    bits, words[0], words[1] = shuffle(words[0], words[1])
-    return two_variates(bits)
-
-
-@inlined
-def shaker_of(f, w, words):
-    """The filter of coloured noise on the state's own numbers; None without."""
-    if f is None:
-        return None
-    state = carray(w, (24,))
-    random = carray(words, (2,))
-    return Filter(
-        a11=f.a11,
-        a12=f.a12,
-        a21=f.a21,
-        a22=f.a22,
-        l11=f.l11,
-        l21=f.l21,
-        l22=f.l22,
-        gain=f.gain,
-        samples=None,
-        p=state[18:19],
-        q=state[19:20],
-        s0=random[0:1],
-        s1=random[1:2],
-        tone=None,
-    )
-
-
-@inlined
-def begin_noise(w, words, f):
-    """Begin filtered noise with its stationary law, whose variance S has S = |A's first row|^2 S + l11^2."""
-    if f is not None:
-        kept_part = f.a11 * f.a11
-        if f.a12 is not None:
-            kept_part += f.a12 * f.a12
-        length = f.l11 / math.sqrt(1.0 - kept_part)
-        length *= math.sqrt(-2.0 * math.log(uniform(words)))
-        angle = 2.0 * math.pi * uniform(words)
-        w[18] = length * math.cos(angle)
-        w[19] = length * math.sin(angle)
-
-
-@inlined
-def filtered(w, f):
-    """The filtered noise's present acceleration, 0 without."""
-    if f is None:
-        return 0.0
-    if f.gain is not None:
-        return f.gain * w[18]
-    return w[18]
-
-
-@inlined
-def step_noise(w, shaker):
-    """Advance filtered noise by a step: its acceleration afterwards."""
-    if shaker is None:
-        return 0.0
-    shake(carray(w, (24, 1))[20:22], False, shaker)
-    return w[21]
 
 
 @inlined
@@ -289,7 +226,8 @@ def advanced(w, words, until, stopping, load, grid):
         end = (w[15] + 1.0) * h
         whole = end <= until + SLACK * h
         if stopping:
-            coming = flight(m, load, h, now + before, grid)
+            drift = interval(h, h, grid.c.mu)
+            _, _, coming = drifted(State(m.x, m.v, m.V), drift, grid.c, now + before, None)
             when = m.t + max(coming.time, 0.0)
             if coming.number > 0.0 and w[17] + SLACK * h < when <= until:
                 w[17] = when
@@ -311,6 +249,8 @@ def advanced(w, words, until, stopping, load, grid):
         w[15] += 1.0
     w[17] = until
     keep_store(load, w)
+    if not is_solved(load):
+        return UNSOLVED
     return DONE if kept(w, m) else FAILED
 
 

@@ -13,7 +13,7 @@ from harvester.mechanics.kernels.stored_energy import contact_energy, spring_ene
 from harvester.mechanics.part.outside_forces import PartMotion
 
 BEGIN, ADVANCE, STOPPING, JUMP, READ = range(5)
-DONE, EVENT, FAILED = range(3)
+DONE, EVENT, FAILED, UNSOLVED = range(4)
 SLACK = 1e-9  # of a step, by which a time may miss a point of the grid
 SHORT_KICK = 1e-6  # the length of a kick that measures the force
 
@@ -43,7 +43,8 @@ class W(IntEnum):
     Q = 19
     BEFORE = 20
     AFTER = 21
-    SIZE = 24
+    COUNTS = 22  # of a netlist: the integral of its load's V^2, its steps, those that failed
+    SIZE = 25  # behind it is the state of a netlist
 
 
 class OUT(IntEnum):
@@ -65,7 +66,8 @@ class OUT(IntEnum):
     LOST = 13
     STORED = 14
     STORE = 15
-    SIZE = 16
+    DELIVERED = 16
+    SIZE = 17
 
 
 @inlined
@@ -118,11 +120,17 @@ def kept(w, m):
 
 
 class DrawnLoad(NamedTuple):
-    """The voltage U at the load resistance, mu = 1/(R Cp w0), and the capacitance over Cp."""
+    """The voltage U at the load resistance, mu = 1/(R Cp w0), and the capacitance over Cp.
+
+    ``store`` is the voltage of a circuit's capacitor, and ``delivered`` the energy in the load of a
+    netlist over beta, so far.
+    """
 
     U: float
     mu: float
     kappa: float
+    store: float
+    delivered: float
 
 
 def load_of(m, c, load):
@@ -132,13 +140,14 @@ def load_of(m, c, load):
 @version_of(load_of, load=None)
 def _resistor(m, c, load):
     if c.mu is None:
-        return DrawnLoad(m.V, 0.0, 0.0)
-    return DrawnLoad(m.V, c.mu, 0.0)
+        return DrawnLoad(m.V, 0.0, 0.0, 0.0, 0.0)
+    return DrawnLoad(m.V, c.mu, 0.0, 0.0, 0.0)
 
 
 @version_of(load_of, load=IdealLoad)
 def _ideal(m, c, load):
-    return DrawnLoad(load.store.U, load.circuit.mu, load.circuit.kappa)
+    U = load.store.U
+    return DrawnLoad(U, load.circuit.mu, load.circuit.kappa, U, 0.0)
 
 
 @inlined
@@ -176,5 +185,6 @@ def report(out, m, quiet, c, load, a):
     out[12] = m.damping
     electrical = 0.5 * beta * (m.V * m.V + drawn.kappa * drawn.U * drawn.U)
     out[14] = 0.5 * m.v * m.v + spring_energy(m.x, c) + contact_energy(m.x, c) + electrical
-    out[15] = drawn.U
+    out[15] = drawn.store
+    out[16] = beta * drawn.delivered
     return 0

@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from harvester.devices.fmu.objects import Platform, emitted
@@ -27,36 +28,41 @@ def check_compiler() -> None:
         )
 
 
-def library(code: str, header: str, platform: Platform, fmi: int) -> bytes:
-    """The library of the compiled part and of the interface FMI 2 or 3 for a platform.
+def library(code: dict[str, str], header: str, platform: Platform, fmi: int) -> bytes:
+    """The library of compiled functions, by their names, and of the interface FMI 2 or 3.
 
     It is kept in the cache.  Raises SimulationError if the compiler fails, with its first line.
     """
-    folder = folders.cache_folder()
-    if folder is None:
-        return _linked(code, header, platform, fmi)
-    kept = folder / "fmu" / f"{_key(code, header, platform, fmi)}.{platform.ending}"
-    if not kept.is_file():
-        kept.parent.mkdir(0o700, exist_ok=True)
-        files.write(kept, _linked(code, header, platform, fmi), "cache")
-    return kept.read_bytes()
-
-
-def _key(code: str, header: str, platform: Platform, fmi: int) -> str:
-    """A name for a library by all that it is made of."""
     names = ("part.h", f"fmi{fmi}.c", "objects.py", "contents/build.py")
     sources = [(SOURCES / name).read_text() for name in names]
-    compilers = [importlib.metadata.version(name) for name in ("ziglang", "llvmlite")]
-    made_of = json.dumps([code, header, platform.name, *sources, *compilers])
-    return hashlib.sha256(made_of.encode()).hexdigest()
+    return kept(
+        [code, header, platform.name, *sources],
+        platform.ending,
+        lambda: _linked(code, header, platform, fmi),
+    )
 
 
-def _linked(code: str, header: str, platform: Platform, fmi: int) -> bytes:
+def kept(made_of: Sequence[object], ending: str, make: Callable[[], bytes]) -> bytes:
+    """The bytes that ``make`` gives, kept in the cache by all that they are made of."""
+    folder = folders.cache_folder()
+    if folder is None:
+        return make()
+    compilers = [importlib.metadata.version(name) for name in ("ziglang", "llvmlite", "numba")]
+    key = hashlib.sha256(json.dumps([*made_of, *compilers]).encode()).hexdigest()
+    path = folder / "fmu" / f"{key}.{ending}"
+    if not path.is_file():
+        path.parent.mkdir(0o700, exist_ok=True)
+        files.write(path, make(), "cache")
+    return path.read_bytes()
+
+
+def _linked(code: dict[str, str], header: str, platform: Platform, fmi: int) -> bytes:
     """The same, made anew."""
-    with tempfile.TemporaryDirectory(prefix="harvester-fmu-") as name:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory(prefix="harvester-fmu-") as scratch:
+        folder = Path(scratch)
         (folder / "model.h").write_text(header)
-        (folder / "part.o").write_bytes(emitted(code, platform))
+        for name, llvm in code.items():
+            (folder / f"{name}.o").write_bytes(emitted(llvm, platform, name))
         out = folder / f"part.{platform.ending}"
         command = [
             *(
@@ -72,7 +78,7 @@ def _linked(code: str, header: str, platform: Platform, fmi: int) -> bytes:
             ),
             *("-fPIC", "-fvisibility=hidden", "-fno-sanitize=undefined", "-w", "-g0"),
             *("-I", str(folder), "-I", str(SOURCES), "-o", str(out)),
-            *(str(SOURCES / f"fmi{fmi}.c"), str(folder / "part.o")),
+            *(str(SOURCES / f"fmi{fmi}.c"), *(str(folder / f"{name}.o") for name in code)),
             *(["-lm"] if platform.has_libm else []),
             *(["-s"] if platform.ending != "dylib" else []),
         ]

@@ -45,6 +45,7 @@ PORTS = {
     "base": (("base_acceleration", "acceleration"), ("base_force", "force")),
     "electrodes": (("voltage", "voltage"), ("current", "current")),
 }
+SQUARE = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
 TOOL = f"harvester {__version__}"
 
 
@@ -64,8 +65,11 @@ def description(variables: list[Variable], model: ModelFacts, fmi: int) -> str:
 
 
 def terminals(variables: list[Variable]) -> str:
-    """The file terminalsAndIcons.xml of FMI 3: the base and the electrodes as ports."""
+    """The file terminalsAndIcons.xml of FMI 3: an icon, and base and electrodes as ports."""
     root = Xml.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
+    picture = Xml.SubElement(root, "GraphicalRepresentation")
+    Xml.SubElement(picture, "CoordinateSystem", SQUARE, suggestedScalingFactorTo_mm="0.1")
+    Xml.SubElement(picture, "Icon", SQUARE)
     every = Xml.SubElement(root, "Terminals")
     names = {variable.name for variable in variables}
     for port, members in PORTS.items():

@@ -1,6 +1,7 @@
 """Documents inside an FMU: a page of its variables, and the note of its licence."""
 
 import html
+from pathlib import Path
 
 from harvester.devices.fmu.variables import Variable
 
@@ -19,6 +20,17 @@ License, version 3 or later (SPDX: GPL-3.0-or-later): whoever passes it on must 
 that package and of this device under the same licence. The C library and the compiler's runtime, of
 which parts may be linked, have licences of their own that permit it.
 """
+
+
+def icons(fmi: int) -> dict[str, bytes]:
+    """The icon by file, as FMI 2 or 3 names it."""
+    folder = Path(__file__).parent
+    if fmi == 2:
+        return {"model.png": (folder / "icon.png").read_bytes()}
+    return {
+        f"terminalsAndIcons/icon.{kind}": (folder / f"icon.{kind}").read_bytes()
+        for kind in ("png", "svg")
+    }
 
 
 def documents(title: str, variables: list[Variable], step: float) -> dict[str, bytes]:

@@ -1,7 +1,11 @@
 """The header of an FMU's C program: tables of its variables and of its part's numbers."""
 
+import json
 import math
+from collections.abc import Iterator
 
+from harvester.circuits.circuit_part import CircuitTables
+from harvester.circuits.substeps import AT, COUNTS, ROOMS
 from harvester.devices.fmu.fixed_scales import Units
 from harvester.devices.fmu.parts import CompiledPart
 from harvester.devices.fmu.variables import Variable
@@ -29,6 +33,7 @@ NUMBERS = {
     "N_DRIVE_FREQUENCY": "outside.drive_frequency",
     "N_LOW": "low.x",
     "N_HIGH": "high.x",
+    "N_CHARGE": "circuit.charge",
 } | {f"N_{unit.upper()}": unit for unit in Units._fields}
 
 
@@ -40,7 +45,8 @@ def header(variables: list[Variable], part: CompiledPart, token: str, frequency:
     fastest = max(resolved / part.plan.h, part.plan.outside.drive_frequency or 0.0)
     lines.append(f"#define FASTEST {fastest!r}")
     lines += [f"#define VARIABLES {len(variables)}", f"#define NUMBERS {len(part.values)}"]
-    lines += [f"#define STATE_SIZE {int(W.SIZE)}", f"#define OUT_SIZE {int(OUT.SIZE)}"]
+    length = 0 if part.tables is None else len(part.tables.rest)
+    lines += [f"#define STATE_SIZE {int(W.SIZE) + length}", f"#define OUT_SIZE {int(OUT.SIZE)}"]
     lines += [f"#define LOCATED {int(part.plan.located)}"]
     for name in ("X", "SPEED", "VOLTAGE", "STORE", "FOLLOWER", "TIME", "NOW", "PENDING"):
         lines.append(f"#define W_{name} {int(W[name])}")
@@ -62,7 +68,44 @@ def header(variables: list[Variable], part: CompiledPart, token: str, frequency:
         for number, power in variable.powers.items()
     ]
     lines += [f"#define TERMS_COUNT {len(terms)}", "static const Term TERMS[TERMS_COUNT + 1] = {"]
-    return "\n".join([*lines, *terms, "    {0, 0, 0.0},", "};", ""])
+    lines += [*terms, "    {0, 0, 0.0},", "};"]
+    return "\n".join([*lines, *_tables(part.tables), ""])
+
+
+def _tables(tables: CircuitTables | None) -> Iterator[str]:
+    """The record of a netlist, and the arrays to which it points."""
+    yield f"#define NETLIST {int(tables is not None)}"
+    if tables is None:
+        return
+    numbers = tables.numbers
+    yield f"#define NETLIST_AT {int(W.SIZE)}"
+    yield f"#define NETLIST_SIZE {numbers.length}"
+    yield f"#define ROOM_SIZE {numbers.width * ROOMS}"
+    yield f"#define W_COUNTS {int(W.COUNTS)}"
+    for name, charge in (("PIEZO", "piezo"), ("CSMOOTH", "csmooth")):
+        index, volts = tables.volts.get(charge, (-1, 1.0))
+        yield f"#define {name}_AT {index}"
+        yield f"#define {name}_VOLTS {_c(volts)}"
+    yield f"#define VOLTAGES_AT {numbers.voltages_at}"
+    for name, array in (*tables.arrays.items(), ("rest", tables.rest)):
+        rows = ",\n    ".join(map(_c, [*array.ravel(), 0.0]))
+        yield f"static const double of_{name}[] = {{\n    {rows}}};"
+    names = ", ".join(json.dumps(name) for name in tables.elements)
+    yield f"#define FUNCTIONS {len(tables.elements)}"
+    yield f"static const char *const ELEMENT[] = {{{names or '0'}}};"
+    addresses = {name: f"(intptr_t)of_{name}" if name in tables.arrays else "0" for name in AT} | {
+        "solver_at": "(intptr_t)harvester_solve"
+    }
+    values = {name: str(int(tables.record[name])) for name in COUNTS}
+    values |= {
+        name: _c(tables.record[name]) for name in ("least", "tolerance", "charge", "seconds")
+    }
+    yield "typedef struct {"
+    yield from (f"    int64_t {name};" for name in (*AT, *COUNTS))
+    yield "    double least, tolerance, charge, seconds;"
+    yield "} Circuit;"
+    yield "long long harvester_solve(void), harvester_follow(void);"
+    yield "#define CIRCUIT_RECORD {" + ", ".join((addresses | values).values()) + "}"
 
 
 def _row(variable: Variable, part: CompiledPart) -> str:
@@ -79,6 +122,8 @@ def _index(names: list[str], name: str) -> int:
 
 
 def _c(value: float) -> str:
-    """A number as C writes it, to the last digit."""
-    assert math.isfinite(value), value
+    """A number as C writes it, to the last digit; infinite ones are limits of a netlist."""
+    assert not math.isnan(value), value
+    if math.isinf(value):
+        return "INFINITY" if value > 0.0 else "-INFINITY"
     return float(value).hex()

@@ -1,0 +1,246 @@
+"""FMUs with a netlist inside: the path of engine `compiled` to 1e-12, energies, states, and refusals."""
+
+import zipfile
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.devices.fmu import fixed_scales, parts
+from harvester.devices.fmu.objects import PLATFORMS
+from harvester.equations.problem import Problem
+from harvester.errors import CannotServeError
+from tests.support import fmu
+from tests.support.paths import EXAMPLES
+
+pytest.importorskip("fmpy")
+pytest.importorskip("ziglang")
+pytestmark = pytest.mark.slow
+
+BRIDGE = 'netlist = "bridge"\nparameters = { R = "1.5 Mohm", C = "1 uF" }\n'
+NAMES = "displacement", "voltage", "store_voltage", "delivered_energy"
+# Half-way through the steps, where the kernel has its samples; the energy is that of whole steps
+HALF_WAY = """
+names = "displacement", "voltage", "store_voltage", "delivered_energy"
+rows = []
+for n in (1, 10, 100):
+    slave = begun(opened())
+    slave.doStep(0.0, 0.5 * h)
+    times = [(0.5 + n * k) * h for k in range(4000 // n + 1)]
+    row = []
+    for t, end in zip(times, times[1:]):
+        slave.doStep(t, end - t)
+        row.append(shown(slave, *names))
+    rows.append(row[100 // n - 1 :: 100 // n])
+print(json.dumps([h, rows, validate_fmu(fmu)]))
+"""
+
+
+@pytest.fixture(scope="module")
+def struck(tmp_path_factory):
+    """The plate of a harmonic base against a rigid stop with the package's bridge: the file of its scene."""
+    scene = tmp_path_factory.mktemp("scene") / "struck.toml"
+    text = (EXAMPLES / "plate_harmonic_stop.toml").read_text().partition("[load]")[0]
+    scene.write_text(f"{text}[load]\n{BRIDGE}")
+    return scene
+
+
+def check_path(scene, kicks=4000):
+    """The FMU has the path of the compiled circuit's own kernel, whatever the communication step."""
+    h, rows, problems = fmu.run(fmu.built(str(scene), circuit="netlist"), HALF_WAY)
+    assert problems == []
+    rows = np.array(rows)
+    sizes = np.maximum(np.abs(rows[0]).max(axis=0), 1e-12)  # a chip that has not started gives 0 J
+    assert np.abs((rows - rows[0]) / sizes).max() < 1e-10
+    problem = Problem(hv.load(scene)).plain
+    part = parts.part_of(problem, problem.scales, "netlist")
+    eqs = fixed_scales.equations(problem, problem.scales)
+    step = part.plan.h
+    assert step == pytest.approx(h * problem.scales.frequency, rel=1e-15)
+    shaking = eqs.drive * np.cos(eqs.drive_frequency * (step * np.arange(kicks + 1)))
+    path = part.board.trace(eqs, np.zeros(kicks), step, stride=100, shaking=shaking, keep=True)
+    units = fixed_scales.units(problem, problem.scales)
+    at = part.board.voltages_at
+    expected = np.column_stack(
+        [
+            path.samples[:, 2] * units.length,
+            path.samples[:, 4] * units.volts,
+            path.states[:, at + 1],
+            (path.square + path.states[:, at + 3 + part.board.sizes[2]]) / part.board.resistance,
+        ]
+    )
+    found = rows[0]
+    difference = np.abs(found - expected).max(axis=0) / sizes
+    assert difference.max() < 1e-10, dict(zip(NAMES, difference, strict=True))
+    assert difference[0] < 1e-11
+    return path
+
+
+def test_the_path_is_that_of_the_compiled_circuit(struck):
+    """A bridge and a rigid stop: displacement, voltages and energy at 40 times, with impacts between."""
+    path = check_path(struck)
+    assert len(path.impacts) > 4
+    assert path.failed == 0
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["bimorph_board", "bimorph_bq25570", "bimorph_self_powered_sshi"])
+def test_boards_and_chips(name):
+    """A board from KiCad with a switched load, a chip's circuit, and a self-powered switch with a coil."""
+    path = check_path(EXAMPLES / f"{name}.toml")
+    assert np.abs(path.voltages[:, 1]).max() > 0.1
+    assert path.failed == 0
+
+
+def test_ledger_with_impacts(struck):
+    """What the base gives is lost or stored to 0.1 %, of which the load has a part; 1.8e-5 was observed."""
+    found = fmu.run(
+        fmu.built(str(struck), circuit="netlist"),
+        """
+r = simulate_fmu(fmu, stop_time=60.0, step_size=0.05, output_interval=0.05)[-1]
+print(json.dumps({name: float(r[name]) for name in r.dtype.names}))
+""",
+    )
+    taken = (
+        found["load_energy"]
+        + found["damping_energy"]
+        + found["impact_energy"]
+        + found["stored_energy"]
+    )
+    assert found["impacts"] > 200
+    assert taken == pytest.approx(found["input_energy"], rel=1e-4)
+    assert 0.8 < found["delivered_energy"] / found["load_energy"] < 0.95
+
+
+def test_states_instances_and_a_charged_store(struck):
+    """A state holds the netlist's; two instances are apart; the store begins at its parameter."""
+    found = fmu.run(
+        fmu.built(str(struck), circuit="netlist"),
+        """
+names = "displacement", "voltage", "store_voltage", "load_energy", "delivered_energy"
+def path(slave, t, steps):
+    out = []
+    for _ in range(steps):
+        slave.doStep(t, 0.0123)
+        t += 0.0123
+        out.append(shown(slave, *names))
+    return out
+one = begun(opened())
+first = path(one, 0.0, 50)
+state = one.getFMUstate()
+rest = path(one, 0.615, 50)
+bytes_ = one.serializeFMUstate(state)
+one.setFMUstate(state)
+again = path(one, 0.615, 50)
+two = begun(opened(), initial__store_voltage=3.0)
+charged = shown(two, "store_voltage")[0]
+path(two, 0.0, 20)
+two.setFMUstate(two.deSerializeFMUstate(bytes_))
+elsewhere = path(two, 0.615, 50)
+one.reset()
+one.setupExperiment(startTime=0.0)
+one.enterInitializationMode()
+one.exitInitializationMode()
+held = begun(opened(), initial__store_voltage=3.0)
+held.doStep(0.0, 0.015)
+print(json.dumps([rest == again == elsewhere, path(one, 0.0, 50) == first, charged, shown(held, "store_voltage")[0]]))
+""",
+    )
+    assert found[:3] == [True, True, 3.0]
+    # R C is 1.5 s: the store falls by exp(-0.015/1.5), as no current flows into it
+    assert found[3] == pytest.approx(3.0 * np.exp(-0.01), rel=1e-3)
+
+
+def test_events_leave_the_path_as_it_is(struck):
+    """FMI 3.0: each impact ends a step; the netlist's counts and the path are those without events."""
+    found = fmu.run(
+        fmu.built(str(struck), fmi=3, circuit="netlist"),
+        """
+found = []
+for events in (True, False):
+    slave = opened(3)
+    slave.instantiate(eventModeUsed=events, earlyReturnAllowed=events)
+    begun(slave, 3)
+    if events:
+        slave.enterStepMode()
+    t, count = 0.0, 0
+    while t < 5.0 - 1e-9:
+        event, _, early, t = slave.doStep(t, min(0.01, 5.0 - t), noSetFMUStatePriorToCurrentPoint=True)
+        if event:
+            count += 1
+            slave.enterEventMode()
+            slave.updateDiscreteStates()
+            slave.enterStepMode()
+    found.append([count, *shown(slave, "displacement", "voltage", "delivered_energy", version=3),
+                  slave.getInt32([number["impacts"]])[0]])
+print(json.dumps(found))
+""",
+    )
+    assert found[0][0] == found[0][-1] == found[1][-1] > 10
+    assert found[0][1:] == pytest.approx(found[1][1:], rel=1e-10)
+
+
+def test_a_changed_coupling_is_that_of_a_changed_scene(struck):
+    """Mass and coupling are parameters; a value of the netlist, and the capacitance, are fixed."""
+    changed = {"oscillator.mass": 0.05, "piezo.coupling": 2e-3}
+    code = """
+names = [v.name for v in described.modelVariables if v.causality == "parameter"]
+r = simulate_fmu(fmu, stop_time=2.0, step_size=0.01, output_interval=0.01, start_values=VALUES)[-1]
+print(json.dumps([names, [float(r[name]) for name in ("displacement", "voltage", "delivered_energy")]]))
+"""
+    path = fmu.built(str(struck), circuit="netlist")
+    names, found = fmu.run(path, code.replace("VALUES", repr(changed)))
+    assert set(changed) < set(names)
+    assert not [name for name in names if name.startswith(("load", "piezo.capacitance"))]
+    other = path.parent / "changed.fmu"
+    scene = hv.load(struck).varied(changed)
+    hv.export(scene, other, circuit="netlist", platforms=[fmu.HERE])
+    assert found == pytest.approx(fmu.run(other, code.replace("VALUES", "{}"))[1], rel=2e-3)
+
+
+def test_a_netlist_for_all_platforms(struck, tmp_path):
+    """Solver and steps are emitted for each system, without Python."""
+    hv.export(struck, tmp_path / "all.fmu", circuit="netlist", platforms="all")
+    with zipfile.ZipFile(tmp_path / "all.fmu") as archive:
+        for platform in PLATFORMS.values():
+            library = archive.read(f"binaries/{platform.folders[0]}/all.{platform.ending}")
+            assert b"fmi2DoStep" in library
+            assert b"PyErr" not in library
+            assert b"NRT_MemInfo" not in library
+
+
+def test_an_excessive_input_has_a_status(struck):
+    """A base acceleration of +-1e30 m/s^2 on the netlist is an answer or an error, in a time that ends."""
+    answers = fmu.run(
+        fmu.built(str(struck), circuit="netlist"),
+        """
+answers = []
+for a in (1e30, -1e30):
+    one = begun(opened())
+    one.setReal([number["base_acceleration"]], [a])
+    for k in range(20):
+        try:
+            one.doStep(0.05 * k, 0.05)
+            answers.append("done" if np.isfinite(shown(one, "voltage", "displacement")).all() else "not finite")
+        except Exception as error:
+            answers.append(str(error))
+            break
+print(json.dumps(answers))
+""",
+        timeout=60,
+    )
+    assert all(answer == "done" or "fmi2DoStep" in answer for answer in answers)
+
+
+def test_a_netlist_that_cannot_be_compiled_is_refused_in_one_line(tmp_path):
+    """The line names the element, and the remedy."""
+    (tmp_path / "line.cir").write_text(
+        ".subckt line p n\nT1 p n a n Z0=50 TD=1n\nRload a n 1e6\n.ends\n"
+    )
+    text = (EXAMPLES / "plate_harmonic_stop.toml").read_text().partition("[load]")[0]
+    scene = tmp_path / "line.toml"
+    scene.write_text(f'{text}[load]\nnetlist = "./line.cir"\n')
+    with pytest.raises(CannotServeError, match=r"element t1 .*: leave the load") as caught:
+        hv.export(scene, tmp_path / "line.fmu")
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "line.fmu").exists()
