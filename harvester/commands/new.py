@@ -297,7 +297,7 @@ def _board(
         keys["terminals"] = [*two_nets(terminals)]
     keys |= {} if resistor is None else {"resistor": resistor}
     keys |= {} if store is None else {"store": store}
-    if keys and netlist is None:
+    if keys and not netlist:
         raise InputError(f"--netlist must be given with --{next(iter(keys))}, but is left out")
     return keys
 
