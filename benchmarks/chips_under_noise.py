@@ -4,7 +4,7 @@
 
 Direct runs of an LTC3588 and a BQ25570 are charges of their netlists by an engine, `spice` (8 of
 them, minutes) or `compiled` (64); their target is 0.1 V below the start, where the netlist's output
-takes nothing yet.  Of the others the law is run in slices, with the netlist's own diodes.  The
+takes nothing yet.  For the others the law is run in slices, with the netlist's own diodes.  The
 table stands in docs/charging.md.
 """
 

@@ -71,7 +71,7 @@ def circuits():
 
 
 def measured(name, eqs, count, duration, rounds, circuit=None):
-    """One row of the table; of a circuit the power into its load counts, in place of E[V^2]."""
+    """One row of the table; for a circuit the power into its load counts, in place of E[V^2]."""
     many = Trajectories(eqs, count, np.random.SeedSequence(1), circuit=circuit, controlled=True)
     burn_in(many)
     many.run(1.0)

@@ -4,8 +4,8 @@ Each scene is run with many seeds, as a user would with `--within`.  Three share
 
     sampling   inside their 95 % of sampling of the mean of all the other seeds: near 0.95 if the spread is honest
     whole      inside their `error95` of a reference of other seeds, at a fifth of the target: 0.95 or more, because the
-               bias of the step is added in full.  Of ngspice the reference is a mean of runs at half the step and a
-               tenth of the tolerance, where `--references` asks for it; of an own board that of engine `compiled`.
+               bias of the step is added in full.  For ngspice the reference is a mean of runs at half the step and a
+               tenth of the tolerance, where `--references` asks for it; for a custom board that of engine `compiled`.
     target     within `--within` of that reference, of the answers that came without a word on a target that was missed
 
     .venv/bin/python benchmarks/interval_coverage.py --seeds 200

@@ -611,6 +611,8 @@ def run_tests(folder, timeout, chosen):
     ]
     if status == 1 and failed:
         return "killed", failed[0]
+    if status < 0:  # an index out of its array ends the interpreter
+        return "killed", f"signal {-status}"
     none_left = 5  # pytest's status where no test has these markers
     return (
         ("survived", "")
@@ -635,7 +637,7 @@ def copy():
 
 @contextlib.contextmanager
 def applied(one, folder):
-    """Put a mutant into a copy, and take it out again: of what it left as it is the compiled kernels stay good."""
+    """Put a mutant into a copy, and take it out again; compiled kernels of unchanged code stay good."""
     path, text = next(
         (path, text) for path, text in sources(folder).items() if pieces_of(one.old).search(text)
     )

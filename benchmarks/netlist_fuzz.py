@@ -136,7 +136,7 @@ def apart(theirs, mine):
 
 
 def smaller(text, kind, ask, folder, compiled=False, flat=()):
-    """The fewest lines of a netlist that show the same kind of fault: of another power, a third of its difference."""
+    """The fewest lines of a netlist that show the same kind of fault: for another power, a third of its difference."""
     joined = text.replace("\n\n+", "\n+")
     title = ".title smaller" if flat else "* smaller"
     lines = [

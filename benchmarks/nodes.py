@@ -3,7 +3,7 @@
     python benchmarks/nodes.py hour     bursts of 20 s in every 5 minutes: the command on an hour, packets of 10 minutes
     python benchmarks/nodes.py chips    three chips by `node` and by their law: the first packet, and how long they run
 
-Of the command the whole process is timed, first with an empty cache of compiled kernels and then
+The whole process of the command is timed, first with an empty cache of compiled kernels and then
 with a full one.  A direct run takes minutes: mass, the netlist's own diodes and the store itself, a
 vibration at a time.  The numbers stand in docs/charging.md.
 """

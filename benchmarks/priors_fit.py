@@ -153,7 +153,7 @@ def sigma(number: Number, fit: Fit) -> float:
 
 
 def log_likelihood(some: Sequence[Number], fit: Fit) -> float:
-    """Of the measured values, each device a normal vector."""
+    """The measured values, each device a normal vector."""
     total = 0.0
     for device in {number.device for number in some}:
         own = [number for number in some if number.device == device]

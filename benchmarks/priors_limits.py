@@ -105,7 +105,7 @@ def of_fits(some: Sequence[Number]) -> list[Ends]:
 
 
 def in_powers(number: Number) -> float:
-    """The deviation of a number as that of a power; of a frequency as it is."""
+    """The deviation of a number as that of a power; for a frequency as it is."""
     return abs(off(number)) / (number.exponents[3] or 1.0)
 
 
@@ -201,7 +201,7 @@ class Common:
     share: float
 
     def covariance(self, some: Sequence[Number]) -> Floats:
-        """Of the logarithms of measured over predicted, of numbers of one device."""
+        """Covariance of the logarithms of measured over predicted, for numbers of one device."""
         parts = np.array([shared(number, self.fit) for number in some])
         own = np.array([alone(number, self.fit) for number in some])
         both = np.array(

@@ -4,7 +4,7 @@ The device is a measured bimorph (Erturk and Inman, Smart Mater. Struct. 18, 025
 sinusoid and under a record the reference is ngspice alone with the whole device as one netlist
 (`folded_device.py`): at two longest steps, whose difference is its doubt, with the scatter of long
 windows where the response does not come back. Under coloured noise it is `spice` with other noise,
-at a quarter of the step and a hundredth of the tolerance; of the circuits that switch, at half of
+at a quarter of the step and a hundredth of the tolerance; for the circuits that switch, at half of
 the step and a tenth of the tolerance.
 
     python benchmarks/products.py                # those not yet in results/products.json; ^C loses nothing

@@ -204,7 +204,7 @@ def number(cell):
 
 
 def keys(found):
-    """The keys of an answer without the places in lists: of `rows.0.value` that is `rows.*.value`."""
+    """The keys of an answer without the places in lists; for `rows.0.value` that is `rows.*.value`."""
     return {re.sub(r"\.\d+(?=\.|$)", ".*", key) for key in found}
 
 

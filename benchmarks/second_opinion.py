@@ -3,7 +3,7 @@
     .venv/bin/python benchmarks/second_opinion.py              # all, two minutes
     .venv/bin/python benchmarks/second_opinion.py stop bridge  # some
 
-Of the package only the reader of scenes is used here, and the engines that are judged.  Noise:
+Only the package's reader of scenes is used here, and the engines that are judged.  Noise:
 Heun's rule with a small step, Gaussian increments from NumPy's generator, both noises drawn on
 their own, and impacts found on the path's cubic. Circuits: the whole device as one netlist, run by
 `ngspice -b`, the mass as a coil, the spring as a capacitor. Impacts under a steady drive: Siconos

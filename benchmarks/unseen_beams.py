@@ -59,7 +59,7 @@ class Magnifier:
     model: float  # factor of the voltage
 
     def voltages(self, ohm: float, magnified: bool) -> Floats:
-        """Voltage amplitude over the frequencies: of the beam on the primary mass, or of the beam alone."""
+        """Voltage amplitude over the frequencies, for the beam on the primary mass, or for the beam alone."""
         w, wb, base = self.w, self.resonance, 0.05e-3
         electric = (
             1j * w * self.coupling / (1.0 / ohm + 1j * w * self.capacitance)

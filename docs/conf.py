@@ -4,8 +4,10 @@ import itertools
 import sys
 from pathlib import Path
 
-# command_help.py, gallery_wall.py, scene_keys.py and maths.py are in this folder
+# command_help.py, gallery_wall.py, scene_keys.py, page_head.py and maths.py are in this folder
 sys.path.insert(0, str(Path(__file__).parent))
+
+import page_head
 
 import harvester
 
@@ -16,15 +18,10 @@ copyright = "the authors; GPL-3.0-or-later"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
 extensions += ["sphinx.ext.viewcode", "sphinx_copybutton"]
 extensions += ["command_help", "gallery_wall", "notebook_page", "maths", "scene_keys"]
+extensions += ["page_head"]
 exclude_patterns = ["_build", "_templates"]
 templates_path = ["_templates"]
 copybutton_exclude = ".linenos, .gp, .go"
-myst_html_meta = {
-    "description": "Power of piezoelectric vibration energy harvesters with their circuits: tutorial,"
-    " quickstart, guides, accuracy and Python API",
-    "keywords": "piezoelectric, energy harvesting, vibration, accelerometer, duty cycle, inductor,"
-    " PSD, ngspice",
-}
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 default_role = "literal"  # docstrings write code between single backticks
@@ -34,6 +31,7 @@ autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
 napoleon_use_rtype = False
 html_theme = "furo"
+html_theme_options = page_head.repository_options()
 html_static_path = ["_static"]
 html_css_files = ["own.css"]
 html_copy_source = False

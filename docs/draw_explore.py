@@ -1,4 +1,4 @@
-"""Draws docs/explore.png by Chromium: the page of `harvester explore` with a bridge, beside a resistor in its place."""
+"""Draws docs/explore.png and docs/_static/explore_dark.png by Chromium: the app with a bridge."""
 
 import sys
 from pathlib import Path
@@ -10,7 +10,10 @@ sys.path.append(str(ROOT))
 from tests.support.browser import Visit, chromium, serving  # noqa: E402
 
 SCENE = ROOT / "examples" / "plate.toml"
-PICTURE = ROOT / "docs" / "explore.png"
+PICTURES = {
+    "light": ROOT / "docs" / "explore.png",
+    "dark": ROOT / "docs" / "_static" / "explore_dark.png",
+}
 COLOURS = 256
 SIZE = {"width": 1280, "height": 1000}
 
@@ -28,11 +31,13 @@ def main() -> None:
         page.locator(".headline b", has_text="ideal").wait_for()
         page.locator(".path-told", has_text="one path by").wait_for()
         page.evaluate("window.scrollTo(0, 0)")
-        page.wait_for_timeout(1500)  # the last pictures are drawn
-        page.screenshot(path=PICTURE)
-        Image.open(PICTURE).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(
-            PICTURE, optimize=True
-        )
+        for theme, picture in PICTURES.items():
+            page.emulate_media(color_scheme=theme)
+            page.wait_for_timeout(1500)  # the last pictures are drawn
+            page.screenshot(path=picture)
+            Image.open(picture).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(
+                picture, optimize=True
+            )
 
 
 if __name__ == "__main__":

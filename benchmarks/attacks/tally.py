@@ -67,7 +67,7 @@ def drawn(strategy, count, seed):
 
 
 def living():
-    """Of each process that is no zombie: its parent, its session, and its processor time (s) with that of its dead."""
+    """For each process that is not a zombie: parent, session, and CPU time (s) with that of its dead children."""
     found = {}
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):

@@ -177,6 +177,11 @@ class Estimate(Result):
         return None if self.bound is None else self.mean_power.value / self.bound.value
 
     @property
+    def share_of_possible_value(self) -> Value | None:
+        """The same, with the errors of the numerator; the bound has none."""
+        return None if self.bound is None else self.mean_power.scaled(1.0 / self.bound.value)
+
+    @property
     def reason(self) -> str:
         """Its notes in one line."""
         return "; ".join(map(str, self.notes))

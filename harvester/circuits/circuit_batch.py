@@ -179,7 +179,7 @@ def advance_circuit(
     """Advance a batch by a schedule of steps of h.
 
     The first ``rows`` of ``state`` are x, x', V, U and the circuit's; below are y_2, ... and
-    y_2', ... of several modes.
+    y_2', ... for several modes.
     """
     mechanics = mechanics_of(eqs)
     order = mechanics.order(rows)

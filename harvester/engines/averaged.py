@@ -108,7 +108,7 @@ def linear_error(eqs: Equations, law: "TwoScale", free: Floats) -> float:
     There the exact moments are known (`harvester.linear.solve`).  Averaging misses the action of a
     load within a cycle, and that of parametric noise on the load's phase: 5 % at n2 = 0.12, beta =
     1, mu = 2; 12 % at beta = 5, mu = 0.013, c1 = 0.007; 8 % at beta = 0.42, mu = 1.3, c1 = 0.17.
-    Of motions A cos(w t) with the law's amplitudes
+    Motions A cos(w t) with the law's amplitudes have
 
         k = 1 + 3/4 alpha E[A^4]/E[A^2],   c = -c1 - c2/4 E[A^4]/E[A^2] + c3/8 E[A^6]/E[A^2]
 

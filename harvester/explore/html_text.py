@@ -238,7 +238,7 @@ def difference(
         (name, *(facts.get(name, unknown) for facts in beside))
         for name in {**beside[0], **beside[1]}
     ]
-    same = "" if rows else "<p>The present design is the pinned one: turn a knob.</p>"
+    same = "" if rows else "<p>The present design is the pinned one: move a slider.</p>"
     return same + table(("", "pinned", "now"), cells, "difference")
 
 

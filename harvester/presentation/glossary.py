@@ -2,8 +2,9 @@
 
 A result's field is shown by its name's term here.  ``kind`` is an attribute of
 `harvester.presentation.answer_units.AnswerUnits`, so that the unit is that of the scene; "clock" is
-a computing time, always in seconds; "share" is shown in per cent; "names" are identifiers, shown as
-words; "" is a number without a unit.
+a computing time, always in seconds; "share" is shown in per cent; "parameter" is a share that only
+scales the error of a formula, shown with two digits; "names" are effects, shown in words; "" is a
+number without a unit.
 """
 
 from dataclasses import dataclass
@@ -70,11 +71,7 @@ GLOSSARY = _terms(
         "s",
         "The longest time from one packet to the next.",
     ),
-    share_running=(
-        "runs, of the time",
-        "share",
-        "Duty cycle: the fraction of the time that it runs.",
-    ),
+    share_running=("duty cycle", "share", "Duty cycle: the fraction of the time that it runs."),
     first_packet=("first packet after", "s", "The time of the first packet."),
     brown_outs=(
         "brown-outs per hour",
@@ -91,8 +88,8 @@ GLOSSARY = _terms(
     used=("used by the node", "W", "The mean power that the node consumes while it runs."),
     clamped=("dissipated by the clamp", "W", "The mean power that the clamp dissipates."),
     leaked=("leaked", "W", "The mean power through the storage's leakage resistance."),
-    outage=("outage of the shaking", "s", "How long the shaking stops after the days."),
-    lasts=("runs without shaking for", "s", "How long the node continues in the outage."),
+    outage=("outage of the excitation", "s", "How long the excitation stops after the days."),
+    lasts=("runs without excitation for", "s", "How long the node continues in the outage."),
     outage_packets=("packets in the outage", "", "Packets that it sends in the outage."),
     share_survived=(
         "outages that it outlasts",
@@ -120,7 +117,7 @@ GLOSSARY = _terms(
         "The mean power available at the required voltage.",
     ),
     circuit=("circuit", "", "The name of the netlist."),
-    coil=("coil", "", "The chosen inductor, off the shelf."),
+    coil=("inductor", "", "The chosen inductor, off the shelf."),
     L=("L", "H", "The inductance of the inductor."),
     Rcoil=("Rcoil", "ohm", "The resistance of the inductor's wire."),
     Rcore=("Rcore", "ohm", "Parallel resistance that models the inductor's core loss."),
@@ -174,7 +171,7 @@ GLOSSARY = _terms(
     step=("step", "time", "The time step."),
     burn_in=("burn-in", "time", "The duration of transients, which is left out of the means."),
     duration=("duration", "time", "The averaging time of a trajectory after its burn-in."),
-    load_on=("load on, of the time", "share", "Duty cycle of a chip's output, once settled."),
+    load_on=("duty cycle of the output", "share", "Duty cycle of a chip's output, once settled."),
     load_on_after=("load first on after", "s", "When the output is first on, from empty."),
     store_lowest=(
         "storage voltage, lowest",
@@ -220,10 +217,20 @@ GLOSSARY = _terms(
         "The residual of the energy balance.",
     ),
     power_balance=("power balance, of the power in", "share", "The residual of the power balance."),
+    exchange_per_cycle=(
+        "noise energy per cycle, of the mean energy",
+        "parameter",
+        "The energy input of the noise in a cycle, over the mean energy; the formula assumes it small.",
+    ),
+    impact_loss_per_cycle=(
+        "impact loss per cycle, of the mean energy",
+        "parameter",
+        "The energy that impacts dissipate in a cycle, over the mean energy; assumed small.",
+    ),
     slow_share=(
-        "slow share of E[V^2]",
-        "share",
-        "The fraction of E[V^2] that changes more slowly than the mass.",
+        "slow part of E[V^2]",
+        "parameter",
+        "The fraction of E[V^2] that varies over many cycles instead of within one.",
     ),
     step_error=("step error", "power", "The time-step part of the mean power's error."),
     tolerance_error=(

@@ -26,17 +26,17 @@ COEFFICIENTS = {
     "n1": "intensity of the external noise N1 = ε1² D11",
     "n2": "intensity of the parametric noise N2 = ε2² D22",
     "n12": "correlation of both noises",
-    "drive": "amplitude of the drive",
-    "drive_frequency": "frequency Ω of the drive",
+    "drive": "amplitude of the harmonic excitation",
+    "drive_frequency": "frequency Ω of the harmonic excitation",
     "coloured": "intensity of the filtered noise",
     "correlation_time": "correlation time",
     "centre": "centre frequency of the noise",
     "bandwidth": "bandwidth of the noise",
     "record": "recorded acceleration",
-    "density": "tabulated density",
+    "density": "tabulated power spectral density",
 }
 EFFECTS = {
-    "negative_stiffness": "negative stiffness: two wells",
+    "negative_stiffness": "negative stiffness: bistable",
     "quadratic_stiffness": "quadratic stiffness",
     "softening_stiffness": "cubic stiffness that softens",
     "cubic_stiffness": "cubic stiffness",
@@ -52,14 +52,14 @@ EFFECTS = {
     "compliant_stop": "compliant stop: a spring and a damper in contact",
     "gap": "stop at a distance, or with preload",
     "opposite_stop": "opposite stop",
-    "external_noise": "white noise of the base",
-    "parametric_noise": "white noise on the stiffness",
+    "external_noise": "white-noise excitation",
+    "parametric_noise": "parametric noise: white noise on the stiffness",
     "correlated_noise": "correlation of both noises",
-    "harmonic_drive": "harmonic motion of the base",
-    "coloured_noise": "coloured noise of the base (Ornstein and Uhlenbeck)",
-    "band_pass_noise": "noise of the base in a band",
-    "recorded_acceleration": "recorded acceleration of the base",
-    "tabulated_noise": "noise of the base with a tabulated density",
+    "harmonic_drive": "harmonic excitation",
+    "coloured_noise": "coloured-noise excitation: Ornstein and Uhlenbeck",
+    "band_pass_noise": "band-limited noise excitation",
+    "recorded_acceleration": "recorded excitation",
+    "tabulated_noise": "noise excitation with a tabulated PSD",
     "further_modes": "further modes of vibration",
     "magnifier": "a mass on a spring under the device",
     "ball": "a free ball in a box on the mass",
@@ -67,3 +67,8 @@ EFFECTS = {
     "resistive_load": "load resistance",
     "netlist": "circuit from a netlist",
 }
+
+
+def in_words(effect: str) -> str:
+    """The name of an effect in words, without the explanation after the colon."""
+    return EFFECTS.get(effect, effect.replace("_", " ")).partition(":")[0]

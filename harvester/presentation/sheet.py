@@ -14,6 +14,7 @@ from harvester.presentation.answer_units import AnswerUnits
 from harvester.presentation.columns import columns
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.glossary import Term, term
+from harvester.presentation.scene_words import in_words
 from harvester.presentation.table import Column, Table
 from harvester.uncertainty.value import Value, clock, percent
 
@@ -91,7 +92,8 @@ def sheet(
     page.warnings = [remark.line for remark in remarks if remark.severity == "warning"]
     for name in result.shown_names():
         if name not in IN_THE_HEAD:
-            _add(page, name, getattr(result, name), units, str(getattr(result, "unit", unit)))
+            with_errors = getattr(result, f"{name}_value", getattr(result, name))
+            _add(page, name, with_errors, units, str(getattr(result, "unit", unit)))
     return page
 
 
@@ -169,7 +171,7 @@ def _rows(name: str, content: Any, units: AnswerUnits, unit: str) -> Iterator[tu
     about = term(name)
     text = _text(content, about, unit_of(about, units, unit))
     if about.kind == "names":
-        text = text.replace("_", " ")
+        text = ", ".join(in_words(effect) for effect in text.split(", "))
     if text:
         yield about.label, text
 
@@ -200,7 +202,9 @@ def quantity(number: Value | float, about: Term, unit: str) -> str:
     """A number with its unit, and with its errors if it has them."""
     value = number if isinstance(number, Value) else Value(float(number))
     if about.kind == "share":
-        return f"{value.scaled(100.0).format()} %"
+        return value.scaled(100.0).format("%")
+    if about.kind == "parameter":
+        return f"about {100.0 * value.value:.2g} %"
     if about.kind == "clock":
         return f"{clock(value.value)} of computing"
     if about.kind == "time" and not unit:
@@ -217,7 +221,7 @@ def unit_of(about: Term, units: AnswerUnits, unit: str = "") -> str:
         return unit
     if about.kind in AnswerUnits.__dataclass_fields__:
         return str(getattr(units, about.kind))
-    return "" if about.kind in ("share", "clock", "names") else about.kind
+    return "" if about.kind in ("share", "parameter", "clock", "names") else about.kind
 
 
 def _is_result(content: Any) -> TypeGuard[Presentable]:

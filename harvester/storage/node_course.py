@@ -31,7 +31,7 @@ class NodeCourse:
 
     Points of the course are up to where it repeats itself.  ``hours`` has the packets of each hour,
     evenly from there on. ``intervals`` are the mean times (s) between packets in bins, and how many
-    there were, shape (2, n), ascending; ``last`` is the time of the last packet.  Of the mean of
+    there were, shape (2, n), ascending; ``last`` is the time of the last packet.  In the mean of
     several courses numbers are not whole ones.
     """
 
@@ -54,6 +54,12 @@ class NodeCourse:
     volts: Floats = field(default_factory=lambda: np.empty(0))
     hours: Floats = field(default_factory=lambda: np.empty(0))
     intervals: Floats = field(default_factory=lambda: np.empty((2, 0)))
+
+    def share_running(self, packet: float) -> float:
+        """The share of the time from the beginning of the first packet, which lasts so many seconds; 0 without one."""
+        if self.first is None:
+            return 0.0
+        return min(self.ran / (self.end - self.first + packet), 1.0)
 
     def interval(self, share: float) -> float:
         """The time (s) between packets that a ``share`` of all is not above; inf without one."""

@@ -206,7 +206,7 @@ class Value:
             text += f" +- {written(self.sampling95)} (95 %, sampling)"
         if self.stderr is None and self.model == 0.0:
             return (
-                f"{text}{behind} ({'no error changes it' if self.bias == 0.0 else 'closed form'})"
+                f"{text}{behind} ({'unaffected by errors' if self.bias == 0.0 else 'closed form'})"
             )
         if self.bias is not None:
             text += f" +- {written(self.bias)} (step)"
@@ -218,7 +218,7 @@ class Value:
         """How numbers are written in a unit and so many digits (2), and the text after them."""
         if unit == "s" and self.value >= 59.5 and not 0.0 < self.known_error95 < 0.5:
             return lambda number, digits=2: clock(float(f"{number:.{digits}g}")), ""
-        prefixed = unit and "^" not in unit and not unit[0].isdigit()
+        prefixed = unit and "^" not in unit and not unit[0].isdigit() and unit != "%"
         scale, prefix = _engineering(self.value) if prefixed else (1.0, "")
         return lambda number, digits=2: two_digits(
             number / scale, digits

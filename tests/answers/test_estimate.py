@@ -30,8 +30,8 @@ def test_details_have_units():
         ("ledger input", "8.1 uW"),
         ("energy balance residual, of its largest entry", "-0.03 %"),
         ("step error", "2 nW"),
-        ("slow share of E[V^2]", "13.61 %"),
-        ("exchange per cycle", "0.6788"),
+        ("slow part of E[V^2]", "about 14 %"),
+        ("noise energy per cycle, of the mean energy", "about 68 %"),
     ]
 
 

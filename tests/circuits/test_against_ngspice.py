@@ -54,7 +54,7 @@ KEPT = ("coupled coils",)  # for `make test`: diodes and coils, at the least cos
 
 
 def _powers(scene, steps, h):
-    """The mean power of Rload (W), and V: of ngspice and of the compiled circuit, on the same noise."""
+    """The mean power of Rload (W), and V, by ngspice and by the compiled circuit, on the same noise."""
     problem = Problem.of(scene)
     noise = three_point_grid(np.random.SeedSequence(3), steps)
     device = CoupledDevice(

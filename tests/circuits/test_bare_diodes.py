@@ -197,7 +197,7 @@ def test_store_and_power_are_those_of_an_integration_of_its_own(tmp_path, card):
 @pytest.mark.slow
 @pytest.mark.parametrize("card", ["", "(Is=0.2u N=1.05)"])
 def test_a_charge_by_the_mean_current_takes_the_time_that_an_integration_takes(tmp_path, card):
-    """Of 100 uF to 3 V: its stated error is a per cent, where it never got there before."""
+    """Charging 100 uF to 3 V: the stated error is a per cent, where it never got there before."""
     scene = driven(tmp_path, BARE.format(farads="100u", card=card))
     found = hv.charge(scene, "3 V", engine="slow")
     seconds = {"": 2.1412, "(Is=0.2u N=1.05)": 1.8257}[card]  # `integrated` to there
@@ -207,7 +207,7 @@ def test_a_charge_by_the_mean_current_takes_the_time_that_an_integration_takes(t
 
 @pytest.mark.slow
 def test_under_noise_a_little_resistance_and_capacitance_change_next_to_nothing(tmp_path):
-    """Of four default diodes on the same noise."""
+    """Four default diodes on the same noise."""
 
     def power(card):
         scene = driven(tmp_path, BARE.format(farads="1u", card=card), psd="1e-5 g^2/Hz")

@@ -135,7 +135,7 @@ def test_doctor_says_which_elements_of_a_netlist_are_served(tmp_path, harvester)
 
 
 def test_threads_that_ask_at_once_for_a_step_get_one_record(tmp_path):
-    """It has addresses of its arrays: of two records one would be freed while a kernel still reads it."""
+    """It has addresses of its arrays: one of two records would be freed while a kernel still reads it."""
     circuit = compiled(on_plate(tmp_path, GOOD))
     count = 8
     interval = sys.getswitchinterval()

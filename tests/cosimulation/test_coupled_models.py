@@ -40,7 +40,7 @@ def coil_matrix(m, k, ohms, henries):
 @pytest.mark.ngspice
 @pytest.mark.parametrize("inductance", ["piezo", None, 0.05, 1.0])
 def test_second_order_on_closed_forms(inductance):
-    """A ring-down on a resistor: of a piezo, and of a coil whose current follows at once, soon, or late."""
+    """A ring-down on a resistor, by a piezo and by a coil whose current follows at once, soon, or late."""
     errors, residuals = [], []
     for n in (400, 800, 1600):
         if inductance == "piezo":
@@ -96,7 +96,7 @@ def test_compiled_and_plain_are_one():
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_white_noise_has_its_stationary_variance():
-    """Of displacement, velocity and voltage by the Lyapunov equation, |z| < 4 over 100 blocks."""
+    """Variances of displacement, velocity and voltage by the Lyapunov equation, |z| < 4 over 100 blocks."""
     model = PLATE._replace(c=0.16, noise=1e-4)
     q = np.zeros((3, 3))
     q[1, 1] = model.noise / model.m**2

@@ -91,7 +91,7 @@ def test_the_same_on_the_way(error, where):
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_an_exception_comes_through_with_the_line_and_without_the_worker_s_traceback():
-    """It keeps its type; of the worker's traceback, 50 lines and more, it has the model's line."""
+    """It keeps its type; from the worker's traceback, 50 lines and more, it has the model's line."""
     with pytest.raises(ValueError, match="boom") as told:
         run(Raising(ValueError("boom"), "kick", 5e-4))
     text = "".join(traceback.format_exception(told.value))

@@ -66,7 +66,7 @@ def test_gradient_is_that_of_differences(eqs):
 
 @pytest.mark.thorough("test_gradient_is_that_of_differences")
 def test_elasticities_add_up_to_what_units_ask_for():
-    """Of a linear scene: twice the noise is twice the power, and with P = M w0^3 l^2 f(...) no unit matters.
+    """Linear scene: twice the noise is twice the power, and with P = M w0^3 l^2 f(...) no unit matters.
 
     Units of mass, time and charge: the elasticities of the keys times their dimensions are those of
     a power.

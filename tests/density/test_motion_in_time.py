@@ -172,7 +172,7 @@ def test_spectrum_beside_a_stop_is_that_of_a_path():
 
 @pytest.mark.slow
 def test_first_passages_are_fewer_than_passages():
-    """Rice counts all passages of a clump, the rate of first passages only the clumps; of high levels both are one."""
+    """Rice counts all passages of a clump, the rate of first passages only the clumps; at high levels both are one."""
     eqs = linear(0.3, 0.7, c=0.1)
     setting = settled(eqs, 20.0)
     px = peaks(eqs)[0]

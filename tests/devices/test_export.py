@@ -180,7 +180,7 @@ def test_white_noise_has_its_density():
     """The mean square of the voltage is the closed form's: z of means over blocks of 2 s, which is 8 relaxation times.
 
     ngspice 39 draws TRNOISE anew in each run, whatever `setseed` or `rndseed` is: with no seed to choose, chance must
-    not fail the test.  Of 79 blocks, |z| > 5 once in 300,000 runs.
+    not fail the test.  Among 79 blocks, |z| > 5 once in 300,000 runs.
     """
     one = scene(shaking='acceleration_psd = "1e-4 g^2/Hz"')
     found = bench(one, 160.0, 1e-2)

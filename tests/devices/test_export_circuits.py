@@ -16,7 +16,7 @@ FIRST_WAKE = 0.15  # s: until then the chip's converter stands still
 def test_voltage_of_the_store(name, most):
     """From an empty store, relative RMS: 0.1 % with a bridge, 2 % with a stop, 1 % over the first cycles of a chip.
 
-    Of the chip 0.1 % until it wakes for the first time; after that the two wake at slightly
+    For the chip 0.1 % until it wakes for the first time; after that the two wake at slightly
     different times.
     """
     assert set(CASES) == {"bridge", "bridge and stop", "chip"}

@@ -134,7 +134,7 @@ def test_a_response_of_two_modes_is_judged_by_ngspice(tmp_path):
 
 
 def test_a_difference_that_has_not_come_yet_is_counted_whole():
-    """Of a store that charges for longer than the runs go on, a part of the difference is seen."""
+    """A store that charges for longer than the runs: a part of the difference is seen."""
     slow, quick = (SimpleNamespace(memory=memory) for memory in (1000.0, 20.0))
     assert difference_come(68.0, slow) == pytest.approx(1.0 - math.exp(-0.1))
     assert difference_come(300.0, quick) > 0.999

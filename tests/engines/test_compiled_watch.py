@@ -16,7 +16,7 @@ BODY = BRIDGE.format("1N4148") + STORE.replace("1u", "100n")
 
 @pytest.mark.thorough("test_what_is_not_told_is_refused_before_anything_is_computed")
 def test_powers_of_elements_are_those_of_their_laws(tmp_path):
-    """Of a resistor v^2/R, of a source what it gives to another, of a capacitor nothing."""
+    """A resistor has v^2/R, a source the power that it gives, a capacitor nothing."""
     scene = on_plate(
         tmp_path, BODY + "Rs p q 10k\nB1 q b I=1n*v(a)*v(a)\nE1 x b a b 2\nRx x b 1Meg"
     )
@@ -57,7 +57,7 @@ def test_probes_and_powers_of_a_driven_bridge_are_those_of_ngspice(tmp_path):
 @pytest.mark.ngspice
 @pytest.mark.thorough("test_what_is_not_told_is_refused_before_anything_is_computed")
 def test_elements_beside_a_coil_are_those_of_ngspice():
-    """Of self-powered SSHI, whose pulses are much shorter than a step of the mass."""
+    """Self-powered SSHI, whose pulses are much shorter than a step of the mass."""
     scene = hv.load("examples/bimorph_self_powered_sshi.toml")
     ours, judge = (kind(ledger=True).run(scene).details for kind in (hv.Compiled, hv.Spice))
     taken = {

@@ -63,7 +63,7 @@ def test_progress_ends_at_one():
 
 @pytest.mark.slow
 def test_at_many_points_it_computes_what_is_asked():
-    """Of a sweep: the error of the coarsest meshes, unless one is asked for."""
+    """A sweep states the error of the coarsest meshes, unless one is asked for."""
     assert hv.Density().at_many_points.within == 0.01
     for asked in (hv.Density(within=1e-6), hv.Density(budget=3.0), hv.Ensemble()):
         assert asked.at_many_points is asked

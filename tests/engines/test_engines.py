@@ -141,7 +141,7 @@ def test_units_of_a_physical_scene():
     "given", [PLATE, scene(changed(PAPER, beta=0.3, mu=0.7))], ids=["plate", "paper"]
 )
 def test_samples_have_the_means_that_are_answered(given):
-    """Of V^2 nondimensional, of the power in the scene's unit, one for each trajectory."""
+    """V^2 is nondimensional, the power in the scene's unit, one for each trajectory."""
     answer = hv.Ensemble(trajectories=256, duration=20.0 if given is PLATE else 200.0).run(given)
     assert len(answer.samples) == len(answer.power_samples) == 256
     assert answer.power_samples.mean() == pytest.approx(answer.mean_power.value, rel=1e-12)

@@ -123,7 +123,7 @@ IN_NGSPICE = 198.7e-6, 9.9e-6
 
 @pytest.mark.slow
 def test_a_chip_under_noise_takes_what_it_takes_in_direct_runs():
-    """Its error is whole: of sampling, step and model; the store goes between the lockout's thresholds."""
+    """Its error is whole: sampling, step and model; the store goes between the lockout's thresholds."""
     chip, store, cout, power, stderr = DIRECTLY[0]
     found = hv.run(under_noise(chip, store, cout))
     assert found.engine == "slow" and not found.warnings

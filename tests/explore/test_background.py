@@ -43,7 +43,7 @@ def test_the_answer_is_the_engines(ball):
 
 
 def test_an_error_is_one_line():
-    """Of the scene, of the engine, and of a process that cannot speak."""
+    """Errors of the scene, of the engine, and of a process that cannot speak."""
     told = queue.Queue()
     draft = first()
     draft.choose("bridge")

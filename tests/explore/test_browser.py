@@ -252,7 +252,7 @@ def test_a_chip_has_its_power_and_its_thresholds(browser, url):
     one.page.locator("table.life", has_text=on).wait_for()
     told = one.page.locator("table.life").inner_text()
     assert "5.05 V" in told and "3.67 V" in told
-    assert f"load on, of the time {on}" in one.page.locator(".headline .by").inner_text()
+    assert f"duty cycle of the output {on}" in one.page.locator(".headline .by").inner_text()
     assert one.faults == []
     one.page.close()
 

@@ -89,7 +89,7 @@ def test_a_wrong_text_is_one_line(text):
 
 
 def test_effects_are_absent_or_present():
-    """Switched off a key is not in the scene; on, it has a value that the scene takes; of a choice there is one."""
+    """Switched off a key is not in the scene; on, it has a value that the scene accepts, also for a choice."""
     for draft in (first(), Draft.read(ROOT / "examples" / "paper_figure3.toml")):
         for effect in draft.effects:
             if (

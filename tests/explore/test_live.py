@@ -238,7 +238,7 @@ def test_a_path_of_several_masses(name):
 
 
 def test_what_is_known_beside_the_power_goes_with_its_design():
-    """Of the present design and of the pinned one, and not of another that the knobs passed on the way."""
+    """The present design and the pinned one have them, no other that the knobs passed on the way."""
     draft = Draft.read(ROOT / "examples" / "bimorph_packets.toml")
     tables, known = draft.tables(), beside.Beside()
     path = {"x": [0.0, -2e-3], "V": [1.0, 0.5], "physical": True}
@@ -411,7 +411,7 @@ def test_downloads():
 
 
 def test_only_the_newest_is_computed():
-    """Of many requests while one is at work the last alone follows it; an error of the work stops nothing."""
+    """Among many requests during one computation only the last follows it; an error of the work stops nothing."""
     begun = threading.Event()
     done = threading.Event()
     seen = []

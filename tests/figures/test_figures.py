@@ -72,7 +72,7 @@ def shown(axis):
 
 
 def labels(figure):
-    """Of all axes that have numbers of their own."""
+    """The limits of all axes that have numbers of their own."""
     drawn(figure)
     told = [(a.get_xlabel(), a.xaxis) for a in figure.axes] + [
         (a.get_ylabel(), a.yaxis) for a in figure.axes

@@ -148,7 +148,7 @@ def picture(request):
 
 
 def texts(figure):
-    """The texts that can be seen, with their boxes in pixels; of an axis the numbers within what it shows."""
+    """The texts that can be seen, with their boxes in pixels; for an axis the numbers within what it shows."""
     hidden = set()
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):

@@ -51,7 +51,7 @@ HARD = (1, 2, 4, 6, 9, 16, 28, 31)  # which ended in a wrong minimum, one of the
     [4, 31, *(pytest.param(seed, marks=ANOTHER_SEED) for seed in HARD if seed not in (4, 31))],
 )
 def test_no_ring_down_against_a_stop_ends_in_a_wrong_minimum(tmp_path, seed):
-    """Few impacts, small gaps, much noise: of benchmarks/identify.py's 200 files those that a single start lost."""
+    """Few impacts, small gaps, much noise: those among benchmarks/identify.py's 200 files that a single start lost."""
     names, truth = KINDS["bounces"](np.random.default_rng([22, seed]), tmp_path)
     found = hv.identify(names)
     for key, value in truth.items():
@@ -344,7 +344,7 @@ def test_a_reactance_of_the_wrong_sign(tmp_path):
 
 @pytest.mark.parametrize("low, high", [(81.0, 94.0), (83.0, 93.0)])
 def test_a_sweep_mostly_between_two_far_resonances(tmp_path, low, high):
-    """Of 84 and 91 Hz, between which the reactance is a coil's; of the wrong sign it is refused all the same."""
+    """Frequencies of 84 and 91 Hz, between which the reactance is a coil's; the wrong sign is refused."""
     f = np.linspace(low, high, 200)
     beta = (91.0 / 84.0) ** 2 - 1.0
     s = 2j * np.pi * f

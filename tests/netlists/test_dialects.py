@@ -131,7 +131,7 @@ def test_an_initial_voltage_is_that_of_the_capacitor_behind_its_resistance(tmp_p
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16", "utf-16-le"])
 def test_encodings(tmp_path, encoding):
-    """The signs that LTspice writes: of micro, of ohm but in cp1252, and between a letter and a name."""
+    """The signs that LTspice writes: micro, ohm but in cp1252, and between a letter and a name."""
     ohm = "" if encoding == "cp1252" else "Ω"
     circuit = board(
         tmp_path,

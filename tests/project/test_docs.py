@@ -186,3 +186,30 @@ def test_files_that_pages_name_are_there(page):
     assert [
         name for name in named if not any(f"/{one}".endswith(f"/{name}") for one in scripts())
     ] == [name for name in named if name in strangers]
+
+
+SEARCHED = "tutorial,quickstart,accelerometer,duty cycle,inductor,PSD,MPPT,license,optimize"
+
+
+@pytest.mark.parametrize("word", SEARCHED.split(","))
+def test_a_search_word_is_a_keyword_of_few_pages(word):
+    """A keyword of every page would make each of them a result of the search."""
+    heads = [re.search(r"^    keywords: (.*)$", page.read_text(), re.MULTILINE) for page in PAGES]
+    found = [head for head in heads if head and word in re.split(r", ", head[1])]
+    assert 1 <= len(found) <= 3
+
+
+def test_the_link_to_the_repository(monkeypatch):
+    """From the remote of the clone, by https and without a password; none for a folder."""
+    head = runpy.run_path(str(ROOT / "docs" / "page_head.py"))
+    addresses = {
+        "https://user:secret@example.org/group/harvester.git\n": "https://example.org/group/harvester",
+        "ssh://git@example.org:2222/group/harvester.git": "https://example.org/group/harvester",
+        "git@example.org:group/harvester": "https://example.org/group/harvester",
+        "/srv/git/harvester.git": "",
+        "../harvester": "",
+        "": "",
+    }
+    assert {remote: head["web_address"](remote) for remote in addresses} == addresses
+    monkeypatch.setenv("HARVESTER_REPOSITORY", "https://example.org/h")
+    assert head["repository_options"]()["footer_icons"][0]["url"] == "https://example.org/h"

@@ -75,7 +75,7 @@ def test_an_example_has_a_heading(name):
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_a_class_explains_its_fields(name):
-    """Of a result those that are no inner ones, under Attributes; else those that it is made of, under Parameters."""
+    """The names of a result but for inner ones, under Attributes; else those that it is made of, under Parameters."""
     one = PUBLIC[name]
     fields = {field.name for field in dataclasses.fields(one)}
     inner = {"samples", "power_samples", "tornado", "nominal", "spreads"} & fields

@@ -36,7 +36,7 @@ def test_the_page_has_the_limits():
 
 
 def test_one_measured_number_gives_the_normal_conditional():
-    """Of two voltages that have all in common the second is known exactly; of two that have nothing, it stays."""
+    """If two voltages have all in common, the second is known exactly; between two that have nothing, it stays."""
     fit = priors_fit.Fit(1.0, 0.4, 0.4)
     pair = [
         priors_fit.Number(

@@ -369,7 +369,7 @@ def test_run_of_a_list():
 
 @pytest.mark.parametrize("engine", [hv.Averaged(), hv.Ensemble(trajectories=64, seed=1)])
 def test_equal_answers_are_equal(engine):
-    """Of two runs only the seconds differ; another load or seed is another answer."""
+    """Two runs differ only in their seconds; another load or seed is another answer."""
     first, second, other = (
         engine.run(scene) for scene in (PLATE, PLATE, PLATE.with_load("1 kohm"))
     )

@@ -42,7 +42,7 @@ def test_a_bridge():
 
 
 def test_it_uses_nothing_of_the_package():
-    """No inner part is imported; of the public names only the reader of scenes and the engines that are judged."""
+    """No inner part is imported; among the public names only the reader of scenes and the engines that are judged."""
     tree = ast.parse((ROOT / "benchmarks" / "second_opinion.py").read_text())
     imported = {
         alias.name

@@ -285,7 +285,7 @@ def orbits_of(stop):
 
 
 def averages(eqs, law, phi, nu, p, slope, stop):
-    """Of the page, over each orbit in time: everything that b and sigma are made of."""
+    """The page's integrals over each orbit in time: everything that b and sigma are made of."""
     alpha, _, mu, c1, c2, c3, *_ = coefficients(eqs)
     A = law.A[:, None]
     x = A * np.cos(phi)
@@ -580,7 +580,7 @@ def test_step():
 
 @checks("halving")
 def test_halved_steps():
-    """Of sums whose error is c h^2 exactly, both are exact; without noise and without controls."""
+    """Sums whose error is c h^2 exactly: both are exact; without noise and without controls."""
     from harvester.uncertainty.richardson import extrapolated, step_bias
 
     limit = np.array([1.0, 2.5, 0.3])

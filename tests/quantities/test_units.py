@@ -209,7 +209,7 @@ def test_usual_units_are_those_of_pint():
 
 
 def test_times_with_a_unit(harvester, tmp_path):
-    """--dt 1ms is a thousandth of a second; of a nondimensional scene no time has a unit, nor is mu's table needed."""
+    """--dt 1ms is a thousandth of a second; in a nondimensional scene no time has a unit, nor is mu's table needed."""
     assert hv.Ensemble(dt="1ms").dt == hv.Ensemble(dt="0.001").dt == 1e-3
     with pytest.raises(
         hv.InputError,

@@ -151,7 +151,7 @@ def test_a_tone_has_no_error_of_a_random_signal(tmp_path):
 
 @pytest.mark.parametrize("column", ["time", "value"])
 def test_numbers_without_a_size(harvester, tmp_path, column):
-    """Of 1e300 the square is none: it was an internal error of the figure."""
+    """The square of 1e300 overflows: it was an internal error of the figure."""
     path = written(tmp_path / "a.csv", "t (s),a (g)", T, SHAKING)
     lines = path.read_text().splitlines()
     lines[-1] = "1e300,1" if column == "time" else f"{T[-1]},1e300"
@@ -305,7 +305,7 @@ def test_octaves_have_all_the_power(harvester, tmp_path, n):
 
 
 def test_what_a_mass_could_take_of_a_record_before_there_is_a_device():
-    """Of a tone a sin(w t) the mean jerk is 2 w a/pi; no device between stops takes more, and a bound needs both."""
+    """A tone a sin(w t) has the mean jerk 2 w a/pi; no device between stops takes more, and a bound needs both."""
     a = 2.0
     w = 2.0 * np.pi * 25.0
     t = np.arange(1000) / 500.0

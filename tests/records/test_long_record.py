@@ -34,7 +34,7 @@ def with_remarks(a):
 
 
 def with_a_long_end(a):
-    """Of remarks, which fills blocks of its own."""
+    """Remarks fill blocks of their own."""
     return plain(a) + "# nothing more\n" * 1000
 
 

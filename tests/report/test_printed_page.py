@@ -22,7 +22,7 @@ CUT = """() => [...document.querySelectorAll(".wide, pre")].filter((one) => one.
 
 @pytest.fixture(scope="module")
 def pages():
-    """Seven pages: of many columns, of tolerances, of engines, of a sweep, of a search, of circuits, of a node."""
+    """Seven pages: many columns, tolerances, engines, a sweep, a search, circuits, a node."""
     response = hv.responses(DRIVEN, [3.0, 4.0, 4.5, 5.0, 6.0])
     scattered = hv.tolerance(
         PLATE, vary={"load.resistance": "10%", "stop.restitution": "3%"}, engine="averaged"

@@ -463,7 +463,7 @@ def computed_or_refused(tables):
 
 
 def test_another_load_by_its_keys():
-    """A load is read as the command line reads it; of a load and its keys together none is dropped in silence."""
+    """A load is read as the command line reads it; a load and its keys together: none is dropped in silence."""
     scene = loads(PLATE)
     assert (
         scene.with_load(resistance="470k") == scene.with_load("470 kohm") == scene.with_load(470e3)

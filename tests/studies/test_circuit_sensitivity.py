@@ -25,7 +25,7 @@ R9 /P /N 10Meg
 
 
 def test_every_element_is_a_key(tmp_path):
-    """Of a subcircuit by their names, of a board from KiCad too, where the load and the store are R and C."""
+    """Keys of a subcircuit have their names, of a board from KiCad too, where the load and the store are R and C."""
     body = BRIDGE.format("1N4148") + STORE + "L3 p q 2\nR4 q n 5k"
     own = dict(keys_with_elements(Problem(on_plate(tmp_path, body))))
     names = {key.removeprefix("load.parameters.") for key in own if key.startswith("load.")}

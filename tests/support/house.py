@@ -359,7 +359,7 @@ def functions_of_any_number():
 
 @cache
 def names_of_libraries():
-    """Of each file the names under which it imports modules of other projects: np, pn."""
+    """For each file, the names under which it imports modules of other projects: np, pn."""
     found = defaultdict(set)
     for name, node in walked(ast.Import):
         for alias in node.names:

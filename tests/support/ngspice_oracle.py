@@ -53,7 +53,7 @@ class Answer:
 
 
 def amplitudes():
-    """Of each sine the current (A), frequency (Hz) and phase (rad)."""
+    """Each sine's current (A), frequency (Hz) and phase (rad)."""
     return [(VOLTS * v * CAPACITANCE * 2.0 * math.pi * f, f, math.radians(p)) for v, f, p in DRIVE]
 
 
@@ -72,7 +72,7 @@ def bench(calls, first, second, load, step):
 
 
 def bench_of(text, terminals=None, resistor="Rload", step=LONGEST_STEP):
-    """The bench of a netlist: of a subcircuit with Rload, or of a flat one between two nets, whose load has a name."""
+    """The bench of a netlist: a subcircuit with Rload, or a flat one between two nets, whose load has a name."""
     if terminals is not None:
         return bench([], *terminals, f"@{resistor.lower()}[p]", step)
     name = subcircuit_of(text)

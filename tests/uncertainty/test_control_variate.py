@@ -51,7 +51,7 @@ def test_stated_error(correlation):
     """The 95 % interval with Student's quantile holds the truth in 95 % of the cases, with 16 pairs as with many.
 
     As 8 pairs weigh the other 8, the squared error that is stated is 8 to 15 % above the variance;
-    of 4000 variances the scatter is 2.3 %.
+    for 4000 variances the scatter is 2.3 %.
     """
     found = many(4000, 16, correlation, 0.02)
     inside = np.mean([abs(one.value.value - 3.0) < one.value.sampling95 for one in found])

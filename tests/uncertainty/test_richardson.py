@@ -29,7 +29,7 @@ def test_equal_numbers_have_no_error():
 
 
 def test_three_steps_tell_both_parts_of_the_bias():
-    """Of orders 1 and 2, entry by entry; with opposite signs they count as if they had one, each entry with both."""
+    """Orders 1 and 2, entry by entry; with opposite signs they count as if they had one, each entry with both."""
     rng = np.random.default_rng(4)
     truth = 2.0 + rng.normal(size=60)
     first = 1.0 + rng.normal(size=60)

@@ -26,7 +26,7 @@ def test_error_is_the_sum_of_all():
 
 
 def test_error_of_few_entries():
-    """The variance of two is their squared distance over 2; of one nothing is known."""
+    """The variance of two is their squared distance over 2; from one nothing is known."""
     assert mean_and_error(np.array([1.0, 3.0])) == pytest.approx((2.0, 1.0), rel=1e-12)
     assert mean_and_error(np.array([1.0])) == (1.0, math.inf)
 
@@ -34,7 +34,7 @@ def test_error_of_few_entries():
 def test_a_value_with_rounding_alone_has_six_digits():
     """No device is known to nine."""
     assert Value(22.27627215e-6, None, 1.3e-18, 0.0).format("W") == "22.2763 uW (closed form)"
-    assert Value(10.0, None, 0.0, 0.0).format("s") == "10 s (no error changes it)"
+    assert Value(10.0, None, 0.0, 0.0).format("s") == "10 s (unaffected by errors)"
 
 
 def test_a_value_is_a_number_with_a_unit():
@@ -126,3 +126,10 @@ def test_no_number_of_a_size_that_people_say_has_an_exponent(value, unit, told):
 )
 def test_an_error_in_percent(error, value, told):
     assert percent(error, value) == told
+
+
+def test_normal_standard_error_has_the_same_interval():
+    """Student's quantile for 5 degrees of freedom is 2.5706: 0.1 of it is as wide as 0.1312 with 1.96."""
+    value = Value(1.0, 0.1, dof=5.0)
+    assert value.normal_stderr == pytest.approx(0.1 * 2.570582 / 1.96, rel=1e-6)
+    assert Value(1.0, 0.1).normal_stderr == pytest.approx(0.1)

@@ -22,8 +22,8 @@ the run (`harvester.cosimulation.lockstep.state`), in SI units: w0 = 1.
 The charge of a piezo is continuous, and so is V.  A coil's e.m.f. would jump at each kick, and
 its current with it; so it continues from part to part along the ``line`` b (t - middle of the
 part), where b is its growth by the last kick over the kick's time.  The i of a kick follows from
-the mean currents j0, j1 of the last two parts, (3 j1 - j0)/2 for equal ones (Adams and Bashforth):
-of second order, and no charge is lost, however short the pulses of a rectifier are.
+the mean currents j0, j1 of the last two parts, (3 j1 - j0)/2 for equal ones (Adams and Bashforth),
+which is of second order, and no charge is lost, however short the pulses of a rectifier are.
 
 Long because all that happens at a target is one state machine.
 """

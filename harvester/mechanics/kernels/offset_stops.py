@@ -164,7 +164,7 @@ def between(s, t, c):
 def in_contact(y, v, V, t, c):
     """Move for a time t at constant speed where y > 0, by y'' = -k y - c y' where y < 0; V' = y' - mu V throughout.
 
-    In contact y = exp(-c s/2) (y0 cos w s + b sin w s) with w^2 = k - c^2/4 and b = (v0 + c y0/2)/w, up to y = 0; of
+    In contact y = exp(-c s/2) (y0 cos w s + b sin w s) with w^2 = k - c^2/4 and b = (v0 + c y0/2)/w, up to y = 0; for
     a whole contact that is half a period, after which x'+ = -r x'- with r = exp(-pi zeta/sqrt(1 - zeta^2)), zeta =
     c/(2 sqrt(k)).  The voltage is V = exp(-mu s) (V0 - J0) + J with J = (k y + mu y')/(k - mu c + mu^2).
     """

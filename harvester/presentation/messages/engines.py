@@ -54,17 +54,28 @@ def _effort(
 
 
 def _cheapest(
-    engine: str, why: str, error: float | None, within: float, formula: str, refused: str
+    engine: str,
+    why: str,
+    error: float | None,
+    within: float,
+    formula: str,
+    refused: str,
+    **needed: float,
 ) -> str:
     stated = "" if error is None else in_percent(error)
+    closest = "its error is the smallest" if stated else "no error is known whole"
     reason = {
-        "netlist": "the load is a netlist, and the model error of 'ideal' is known only after its run",
-        "closest": f"none reaches {in_percent(within)}, and its error is the smallest",
+        "closest": f"none reaches {in_percent(within)}, and {closest}",
         "refused": f"'averaged' gives no answer: {refused}",
         "reached": f"its stated error, {stated}, is within {in_percent(within)}",
         "beyond": f"{formula!r} states an error of {stated}, more than {in_percent(within)}",
     }[why]
-    return f"engine {engine!r} was chosen as the cheapest: {reason}"
+    others = " and ".join(
+        f"{name.removeprefix('needed_')!r} about {clock(max(seconds, 1.0))}"
+        for name, seconds in needed.items()
+    )
+    predicted = f" ({others} would be needed)" if others else ""
+    return f"engine {engine!r} was chosen as the cheapest: {reason}{predicted}"
 
 
 def _averaging_doubtful(error: float, why: str) -> str:
@@ -200,7 +211,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "closed_form": "no sampling or model error: the linear equations are solved exactly (up to rounding)",
     "closed_form_joined": "no sampling error: the linear equations are solved exactly; the error is that of "
     "the unrecorded join between the recording's end and its beginning",
-    "theory": "no sampling error: a theory; the model error is estimated from its small parameters",
+    "theory": "no sampling error: a formula; the model error is estimated from its small parameters",
     "published_formula": "no sampling error: a formula; it does not estimate its model error",
     "published_stop": "with a stop the published V, harmonic about zero, is wrong: the true V has no mean and only "
     "even harmonics, so E[V^2] and the power come out too high, about four times at the paper's parameters: use "

@@ -81,7 +81,7 @@ class Passages:
         return float(np.isfinite(self.times[:, -1]).mean())
 
     def reached_between(self) -> tuple[float, float]:
-        """The 95 % interval of the share that reaches the target; of a deterministic run, itself.
+        """The 95 % interval of the share that reaches the target; for a deterministic run, itself.
 
         Runs on one record are alike: all are worth as many independent ones as the spread of the
         records' shares, less for the uncertainty of that spread (Korn and Graubard, Survey

@@ -133,6 +133,11 @@ class DesignResult(TableResult):
         return None if self.bound is None else self.available.value / self.bound.value
 
     @property
+    def share_of_possible_value(self) -> Value | None:
+        """The same, with the errors of the numerator; the bound has none."""
+        return None if self.bound is None else self.available.scaled(1.0 / self.bound.value)
+
+    @property
     def share_met(self) -> float | None:
         """The share of devices that meet everything; None without a spread."""
         return None if self.met is None else self.met.value

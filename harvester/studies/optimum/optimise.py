@@ -98,8 +98,8 @@ def optimise(
     points : int, optional
         the most designs of a front (default: 9).
     execution : Execution, optional
-        has the folder for optimise.csv (all evaluations), optimise.png and provenance.json; of
-        circuits for circuits.csv and a folder each; for a front for pareto.csv and pareto.png.
+        has the folder for optimise.csv (all evaluations), optimise.png and provenance.json; for
+        circuits also of circuits.csv and a folder each; for a front for pareto.csv and pareto.png.
 
     Returns
     -------

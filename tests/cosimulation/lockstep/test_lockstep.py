@@ -383,7 +383,7 @@ def test_a_switching_takes_few_steps(name, most):
 def test_burn_in_waits_for_the_smoothing_capacitor(tmp_path):
     """At least six time constants Rload Csmooth; one of months is cut short at 20,000 time units, with a word.
 
-    Of a circuit without an ideal one beside it, whose trajectories would be waited for as long.
+    A circuit without an ideal counterpart, whose trajectories would be waited for as long.
     """
     scene = hv.load("examples/plate_bridge.toml")
     own = tmp_path / "own.cir"

@@ -197,7 +197,7 @@ def test_burn_in_forgets_the_start(name):
 
 
 def test_burn_in_lasts_ten_times_the_memory():
-    """Of the energy, that of 1/(c + beta mu/(1 + mu^2)) here: after one such time a third of the start is left."""
+    """The energy has the correlation time 1/(c + beta mu/(1 + mu^2)) here: a third is left after one."""
     eqs = changed(linear(1e-3, 1.0), c1=-1e-2)
     for seed in range(16):
         many = Trajectories(eqs, 128, np.random.SeedSequence([seed, 7]))

@@ -143,7 +143,7 @@ def test_constants_of_machine_code_are_in_its_cache_s_name():
 
 @pytest.mark.slow
 def test_machine_code_does_not_depend_on_where_its_source_lies(tmp_path):
-    """Of two copies of the package that begin at once one compiles, and the other reads what that one has kept."""
+    """Among two copies of the package that begin at once one compiles, and the other reads what that one has kept."""
     both = []
     for place in ("here", "there"):
         shutil.copytree(

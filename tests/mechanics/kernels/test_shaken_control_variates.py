@@ -33,7 +33,7 @@ def test_new_is_what_the_filter_does_not_foretell(eqs):
 
 @pytest.mark.parametrize("eqs", [SLOW, BAND], ids=["coloured", "band"])
 def test_coarse_member_is_on_the_same_noise(eqs):
-    """Every second acceleration of half the step; of Ornstein and Uhlenbeck's with the variance of the whole step's."""
+    """Every second acceleration of half the step; for Ornstein and Uhlenbeck's with the whole step's variance."""
     coarse = coarse_forcing(eqs, H, 50, rng())
     fine = forcing(eqs, 0.5 * H, 100, rng())
     assert len(coarse) == 51

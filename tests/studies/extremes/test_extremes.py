@@ -63,7 +63,7 @@ def test_tail_of_a_known_law():
 
 
 def test_tail_of_rare_events():
-    """Poisson clusters of exponential squares: of n blocks the level is size log(n rate/log 2); few have none."""
+    """Poisson clusters of exponential squares: for n blocks the level is size log(n rate/log 2); few have none."""
     rng = np.random.default_rng(7)
     maxima = np.array(
         [np.sqrt(rng.exponential(size=k)).max(initial=0.0) for k in rng.poisson(0.4, 2000)]

@@ -180,7 +180,7 @@ def test_fit_of_a_cubic_is_exact():
 
 
 def test_the_interval_of_a_place():
-    """Of 1 - x^2 under independent noise: Fieller's widening, and what a bias of the step moves the place by."""
+    """The optimum of 1 - x^2 under independent noise: Fieller's widening, and the shift by a step bias."""
     x = np.linspace(-1.0, 1.0, 21)[:, None]
     box = np.ones(1)
     square, fourth = np.sum(x**2), np.sum(x**4)

@@ -1,4 +1,4 @@
-"""Elements of a user's own netlist are keys of the optimiser: of a board as KiCad writes it, by its own names."""
+"""Elements of a user's own netlist are keys of the optimiser, also for a board from KiCad."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ DRIVEN = replace(
 
 
 def power(load):
-    """The power of R7 in closed form (W): of the piezo's voltage with all resistors, what reaches R7."""
+    """The power of R7 in closed form (W): the part of the piezo's voltage that reaches R7."""
     series = 1e4 + load
     answer = hv.Exact().run(DRIVEN.with_load(resistance=1.0 / (1.0 / series + 1e-7)))
     return answer.mean_square_voltage.value * load / series**2

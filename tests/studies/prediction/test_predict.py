@@ -66,7 +66,7 @@ def test_an_impedance_curve_narrows_all_that_it_measures():
 
 
 def test_points_give_the_normal_posterior():
-    """Of a weak coupling the voltage without load goes with theta/c: its point leaves a normal posterior.
+    """With a weak coupling the voltage without load goes with theta/c: its point leaves a normal posterior.
 
     The voltage's error has half of the model error of a power and 2.5 % of the meter; a missing or a doubled error, a
     wrong exponent or an ignored point would each show in the standard deviation, the shift or the interval.

@@ -143,7 +143,7 @@ def test_a_closed_pipe(tmp_path):
 
 
 def test_memory_is_flat():
-    """Of the program, from the 2,000th to the 5,000th point of a sweep; they fail at once, and are rows."""
+    """Memory of the program, from the 2,000th to the 5,000th point of a sweep; they fail at once, and are rows."""
     code = f"""
 import os, tempfile
 from pathlib import Path

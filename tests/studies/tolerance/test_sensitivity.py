@@ -44,7 +44,7 @@ def test_indices_of_ishigami_by_its_surface():
 
 
 def test_surface_knows_what_it_misses():
-    """A polynomial is met to rounding; of noise about it, the scatter is that of the noise."""
+    """A polynomial is met to rounding; with noise about it, the scatter is that of the noise."""
     x = np.random.default_rng(0).random((400, 2))
     y = 1.0 + x[:, 0] - 3.0 * x[:, 0] * x[:, 1] ** 2
     assert fit(x, y).unexplained < 1e-20

@@ -334,7 +334,7 @@ def test_table(measured):
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_total_error_covers_the_true_error(measured):
-    """Of the rows that sample, nearly all; of the biases' references, within their standard errors."""
+    """Intervals of the rows that sample: nearly all; those of the biases' references, within their standard errors."""
     answer = measured[1]
     assert abs(answer.power.value - EXACT) < 4 * answer.power.stderr
     sampled = [row for row in answer.rows if row.sampling_error is not None]
@@ -441,7 +441,7 @@ def test_prediction_is_in_proportion_to_the_work(measurement):
 
 
 def test_what_does_not_fit_is_not_begun(measurement):
-    """Of 10 s, at 4 s and 16 s predicted, only the first; the next begins with noise of its own."""
+    """With 10 s, at 4 s and 16 s predicted, only the first; the next begins with noise of its own."""
     measurement.budget = 10.0
     engines = [hv.Ensemble(trajectories=256, dt=0.1), hv.Ensemble(trajectories=1024, dt=0.1)]
     measurement.fill(engines, 1.0)
