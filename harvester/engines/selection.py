@@ -145,7 +145,7 @@ def run(
 
 
 def sooner(chosen: Engine, scene: AnyScene) -> tuple[str, ...]:
-    """The engine that answers sooner than ngspice alone, with the detail of its circuit; () for none."""
+    """The engine that answers sooner than ngspice with the same circuit; () for none."""
     if not isinstance(chosen, Spice) or chosen.probe or chosen.ledger:
         return ()
     return (Slow.NAME,) if Slow.refusal(Problem.of(scene)) is None else ()

@@ -117,7 +117,7 @@ def _free(name: str, where: str) -> str:
 
 @dataclass
 class ParsedNetlist:
-    """A netlist: its part outside of subcircuits, these by their names, and the settings for all."""
+    """A netlist: the part outside of subcircuits, these by their names, and all settings."""
 
     file: str
     outside: Body = field(default_factory=Body)

@@ -91,7 +91,7 @@ def element_powers(load: "LoadCircuit") -> dict[str, list[Probe]]:
 
 
 def _read(text: str, load: "LoadCircuit", typed: str) -> Probe:
-    """The probe of a text in lower case; a net keeps the letters that were ``typed``, as a schematic has them."""
+    """The probe of a text in lower case; a net keeps the ``typed`` letters of its schematic."""
     if text == STORE:
         return _store(load)
     name = r"([\w.+/~-]+)"

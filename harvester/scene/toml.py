@@ -125,8 +125,8 @@ def load(path: str | Path) -> Scene:
     if path.suffix.lower() in DECKS and path.is_file():
         adopt = shlex.join(["harvester", "adopt", name])
         raise InputError(
-            f"scene must be a TOML file, but {shown(name)} is a netlist, which a scene's [load] names; "
-            f"{adopt} makes a board of a simulation"
+            f"scene must be a TOML file, but {shown(name)} is a netlist, which a scene's [load] "
+            f"names; {adopt} makes a board of a simulation"
         )
     try:
         data = files.read(name, "scene", MOST_BYTES)
