@@ -1,6 +1,7 @@
 """The command `harvester adopt`."""
 
 import json
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,7 +9,7 @@ import cloup
 
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_json
-from harvester.commands.options import json_option
+from harvester.commands.options import json_option, two_nets
 from harvester.errors import InputError, invalid, shown
 
 if TYPE_CHECKING:
@@ -51,17 +52,11 @@ def adopt(
     from harvester.machine import files
     from harvester.netlists.adoption import adopt as read
     from harvester.netlists.deck_cards import check_form
-    from harvester.netlists.deck_device import Nets
     from harvester.presentation.diagnostic import note
 
     path = Path(deck)
     check_form(path)
-    nets: Nets | None = None
-    if terminals is not None:
-        names = tuple(name.strip() for name in terminals.split(","))
-        if len(names) != 2 or not all(names):
-            raise invalid("--terminals", "be two nets, such as PZ1,PZ2", terminals)
-        nets = (names[0], names[1])
+    nets = None if terminals is None else two_nets(terminals)
     target = None if out is None else _target(Path(out), path, force)
     adoption = read(path, nets, load, store)
     board = path.with_name(f"{path.stem}_board.cir") if target is None else target
@@ -77,9 +72,22 @@ def adopt(
     words = ["warning: " * (remark.severity == "warning") + str(remark) for remark in remarks]
     # JSON texts and lists of them are those of TOML.
     lines = [f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in table.items()]
-    written = note("deck_written", out=out) if out else note("deck_unwritten")
-    ends = [str(written), str(note("deck_table"))]
+    written = (
+        [note("deck_written", out=out), note("deck_new", command=_new(table, out))]
+        if out
+        else [note("deck_unwritten")]
+    )
+    ends = [*map(str, written), str(note("deck_table"))]
     echo("\n".join([*words, "", *ends, "", "[load]", *lines]))
+
+
+def _new(table: "dict[str, str | list[str]]", out: str) -> str:
+    """The command that writes a scene with the board."""
+    words = ["harvester", "new", str(Path(out).with_suffix(".toml")), "--netlist", out]
+    for key, value in table.items():
+        if key != "netlist":
+            words += [f"--{key}", value if isinstance(value, str) else ",".join(value)]
+    return shlex.join(words)
 
 
 def _target(out: Path, deck: Path, force: bool) -> Path:

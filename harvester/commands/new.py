@@ -14,8 +14,9 @@ import cloup
 from harvester.commands.geometry import geometry_options, take
 from harvester.commands.help import command
 from harvester.commands.messages import echo, typed
-from harvester.commands.options import json_option, pairs_of
+from harvester.commands.options import json_option, pairs_of, two_nets
 from harvester.devices.datasheet import FIELDS, LOAD
+from harvester.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,6 +43,11 @@ def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar="NAME=VALUE",
             help="A value of it; repeatable.",
         ),
+        cloup.option(
+            "--terminals", metavar="A,B", help="The piezo's two nets in a flat netlist (a board)."
+        ),
+        cloup.option("--resistor", metavar="NAME", help="The board's load.  Default: Rload."),
+        cloup.option("--store", metavar="NAME", help="Its storage capacitor.  Default: Csmooth."),
     ]
     for group in reversed(dict.fromkeys(field.group for field in FIELDS.values())):
         options = [
@@ -92,6 +98,9 @@ def new(
     file: str,
     netlist: str | None,
     parameters: tuple[str, ...],
+    terminals: str | None,
+    resistor: str | None,
+    store: str | None,
     title: str | None,
     force: bool,
     as_json: bool,
@@ -119,9 +128,11 @@ def new(
         title = ask_title() if title is None else title
     if netlist is not None:
         netlist = _netlist(netlist, path)
+    board = _board(netlist, terminals, resistor, store)
     named = pairs_of("--parameter", parameters, "be NAME=VALUE, such as R='1 Mohm'")
     upper_modes = () if made is None else made.higher_modes
-    problem = write(path, scene_tables(texts, title or "", netlist, named, upper_modes), force)
+    tables = scene_tables(texts, title or "", netlist, named, upper_modes, board)
+    problem = write(path, tables, force)
     interpretation = meaning(problem)
     words = _words(
         problem, [*by_points, *_on_geometry(beam, made, problem), *interpretation.remarks], file
@@ -263,7 +274,11 @@ def _optimise(problem: "Problem", file: str) -> str:
 
 def _load_key(problem: "Problem") -> str:
     """The scene key of the load's resistance."""
-    return "load.resistance" if problem.netlist is None else "load.parameters.R"
+    if problem.netlist is None:
+        return "load.resistance"
+    resistor = getattr(problem.scene.load, "resistor", None)
+    flat = getattr(problem.scene.load, "terminals", None) is not None
+    return f"load.parameters.{resistor or ('Rload' if flat else 'R')}"
 
 
 def _plain(ohm: float) -> str:
@@ -271,6 +286,20 @@ def _plain(ohm: float) -> str:
     from harvester.uncertainty.value import Value
 
     return Value(ohm).format("ohm").removesuffix("ohm").replace(" ", "")
+
+
+def _board(
+    netlist: str | None, terminals: str | None, resistor: str | None, store: str | None
+) -> dict[str, str | list[str]]:
+    """The keys of [load] that name parts of a flat netlist."""
+    keys: dict[str, str | list[str]] = {}
+    if terminals is not None:
+        keys["terminals"] = [*two_nets(terminals)]
+    keys |= {} if resistor is None else {"resistor": resistor}
+    keys |= {} if store is None else {"store": store}
+    if keys and not netlist:
+        raise InputError(f"--netlist must be given with --{next(iter(keys))}, but is left out")
+    return keys
 
 
 def _netlist(name: str, scene: Path) -> str:

@@ -37,6 +37,14 @@ def pairs_of(option: str, texts: Sequence[str], must: str) -> dict[str, str]:
     return {name: value for name, _, value in pairs}
 
 
+def two_nets(text: str) -> tuple[str, str]:
+    """The nets of `--terminals A,B`."""
+    names = [name.strip() for name in text.split(",")]
+    if len(names) != 2 or not all(names):
+        raise invalid("--terminals", "be two nets, such as PZ1,PZ2", text)
+    return names[0], names[1]
+
+
 def _form(text: str) -> str:
     """Check the form of a figure."""
     from harvester.machine import files

@@ -19,7 +19,8 @@ from harvester.commands.study import Output, output_options, study_command
     cloup.option(
         "--sweep",
         required=True,
-        help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad).",
+        help="FROM:TO:COUNT, such as 1Hz:10Hz:60 (nondimensional scene: rad); geometric if "
+        "the ends differ tenfold or more, else linear.",
     ),
     keys_option(
         "--vary",

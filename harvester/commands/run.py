@@ -99,11 +99,13 @@ def run(
         from harvester.studies.extremes.extremes import check_extremes, extremes
 
         check_extremes(scene, lifetime)
+    sooner = selection.sooner(chosen, scene)
+    remedies = " or --engine ".join(["--budget", *sooner])
     with (
-        Bar(chosen.NAME, shorter="" if options.get("budget") else "--budget") as bar,
+        Bar(chosen.NAME, shorter="" if options.get("budget") else remedies) as bar,
         formula_meanwhile(scene, chosen),
     ):
-        answer = chosen.run(scene, bar.tell)
+        answer = selection.with_sooner(chosen.run(scene, bar.tell), sooner)
     beside: dict[str, Any] = {}
     if lifetime is not None:
         beside["extremes"] = extremes(scene, lifetime=lifetime, seed=options["seed"])

@@ -29,7 +29,12 @@ resume_needs_out = cloup.constraint(
 )
 @cloup.option_group(
     "Where",
-    keys_option("--vary", "varied", help_="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid."),
+    keys_option(
+        "--vary",
+        "varied",
+        help_="KEY=FROM:TO:COUNT or KEY=A,B,C; repeatable: a grid.  A range of positive ends "
+        "is geometric if they differ tenfold or more, else linear.",
+    ),
     cloup.option(
         "--points", metavar="FILE.csv", help="CSV list instead: scene keys, then a point per row."
     ),

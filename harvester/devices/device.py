@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 from typing import TypeAlias
 
 from harvester.devices.beam import BeamMode
@@ -56,6 +57,11 @@ class Entry:
     comment: str
 
 
+BOARD = {  # keys of [load] that name parts of a flat netlist, with their comments
+    "terminals": "nets of the piezo",
+    "resistor": "the load",
+    "store": "the storage capacitor",
+}
 # of a scene file, in order; "" holds the keys before the first table
 Tables: TypeAlias = dict[str, list[Entry]]
 
@@ -139,10 +145,12 @@ def scene_tables(
     netlist: str | None = None,
     parameters: Mapping[str, str] | None = None,
     higher_modes: Sequence[BeamMode] = (),
+    board: Mapping[str, str | list[str]] = MappingProxyType({}),
 ) -> Tables:
     """The tables of the scene of a device, from the texts of its datasheet; ``netlist`` as the scene file names it.
 
-    ``higher_modes`` are those above the first, which get its mass and damping.
+    ``higher_modes`` are those above the first, which get its mass and damping; ``board`` names the
+    parts of a flat netlist, by the keys of [load].
 
     Raises InputError for a text that is not a value, fields that contradict each other, and those
     that are missing.
@@ -166,6 +174,7 @@ def scene_tables(
     _copy(texts, {**written, **words}, tables)
     if netlist is not None:
         tables["load"].append(Entry("netlist", netlist, "a file of netlists/, or a path"))
+    tables["load"] += [Entry(key, value, BOARD[key]) for key, value in board.items()]
     if parameters:
         numbers = {name: _parameter(name, text) for name, text in parameters.items()}
         tables["load"].append(Entry("parameters", numbers, "parameters of the netlist"))

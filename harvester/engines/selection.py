@@ -19,7 +19,7 @@ from harvester.engines.slow import Slow
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError, UnknownArgumentError, unknown
-from harvester.presentation.diagnostic import Diagnostic
+from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.engine_look import LOOKS
 
 Named: TypeAlias = Engine | str  # an engine, or the name of one
@@ -140,7 +140,21 @@ def run(
         return _run_all(scene, engine, progress, options)
     problem = Problem.of(scene)
     chosen = default_engine(problem, **options) if engine is None else engine
-    return engines([chosen], **options)[0].run(problem, progress)
+    (made,) = engines([chosen], **options)
+    return with_sooner(made.run(problem, progress), sooner(made, problem))
+
+
+def sooner(chosen: Engine, scene: AnyScene) -> tuple[str, ...]:
+    """The engine that answers sooner than ngspice with the same circuit; () for none."""
+    if not isinstance(chosen, Spice) or chosen.probe or chosen.ledger:
+        return ()
+    return (Slow.NAME,) if Slow.refusal(Problem.of(scene)) is None else ()
+
+
+def with_sooner(answer: Estimate, names: tuple[str, ...]) -> Estimate:
+    """The answer, with a note that names such an engine."""
+    remarks = (note("slow_serves", other=name) for name in names)
+    return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, *remarks))
 
 
 def _run_all(

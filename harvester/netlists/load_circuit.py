@@ -250,12 +250,16 @@ def effective_value(part: CircuitPart) -> float | None:
 
 def _adopt(load: Load, path: Path) -> str:
     """The command that makes a board of a deck, as it is typed."""
-    out = "adopted.cir" if path.name == "board.cir" else "board.cir"
+    names = ("board.cir", "adopted.cir", *(f"adopted{k}.cir" for k in range(2, 100)))
+    beside = [path.with_name(name) for name in names]
+    out = os.path.relpath(next((new for new in beside if not new.exists()), beside[0]))
     words = ["harvester", "adopt", os.path.relpath(path)]
     words += [] if load.terminals is None else ["--terminals", ",".join(load.terminals)]
     words += [] if load.resistor is None else ["--load", load.resistor]
     words += [] if load.store is None else ["--store", load.store]
-    return f"{shlex.join([*words, '--out', out])} leaves out the lines that a scene replaces"
+    # the long paths of a folder elsewhere are named once
+    words += [] if out.startswith(os.pardir) else ["--out", out]
+    return f"{shlex.join(words)} leaves out the lines that a scene replaces"
 
 
 def _of_package(name: str) -> Path:
@@ -275,7 +279,8 @@ def _with_rload(path: Path, netlist: ParsedNetlist) -> Body:
     ]
     if len(loads) != 1:
         many = len(loads) or "none"
-        raise InputError(
+        kind = DeckError if netlist.drives_bench and not loads else InputError
+        raise kind(
             f"netlist {path.name} must have one subcircuit with a resistor Rload, the load, but has {many} (of a flat "
             "netlist, load.terminals names the piezo's nets)"
         )

@@ -22,7 +22,7 @@ from harvester.netlists.expression import BRACES, SOURCES
 from harvester.netlists.expression_tree import Node
 from harvester.netlists.ltspice import parts_of
 from harvester.netlists.model_lines import WrittenModel, model_name, read_model
-from harvester.netlists.read_lines import Line, read_lines
+from harvester.netlists.read_lines import DRIVES, DeckError, Line, read_lines
 from harvester.netlists.words import Words, assignments, parameter_value
 
 _RESERVED = frozenset({*BRACES.functions, *SOURCES.constants, "pwl", "time", "temper", "hertz"})
@@ -117,12 +117,13 @@ def _free(name: str, where: str) -> str:
 
 @dataclass
 class ParsedNetlist:
-    """A netlist: the part outside of its subcircuits, these by their names, and the settings for all."""
+    """A netlist: the part outside of subcircuits, these by their names, and all settings."""
 
     file: str
     outside: Body = field(default_factory=Body)
     subcircuits: dict[str, Body] = field(default_factory=dict)
     settings: Settings = field(default_factory=Settings)
+    drives_bench: bool = False  # a source is outside of the subcircuits, in a bench
 
 
 def read_netlist(
@@ -143,7 +144,9 @@ def read_netlist(
     lines = list(read_lines(path, root, text))
     if not board and not any(line.word in (".subckt", ".ends") for line in lines):
         must = "hold a subcircuit, .subckt to .ends, or be a flat one whose two piezo nets load.terminals names"
-        raise invalid(f"netlist {path.name}", must, "neither")
+        error = invalid(f"netlist {path.name}", must, "neither")
+        # with a source it is a simulation, of which a board can be made
+        raise DeckError(str(error)) if any(line.word[:1] in DRIVES for line in lines) else error
     netlist = _parsed(path.name, lines, board)
     if library is not None:
         _add_parts(netlist, _parts(library))
@@ -218,6 +221,8 @@ def _add(netlist: ParsedNetlist, body: Body, line: Line, board: bool, inside: bo
         netlist.settings.add(line, board, inside)
     elif inside or board or line.word.startswith("."):
         body.add(line)
+    else:
+        netlist.drives_bench |= line.word[:1] in DRIVES
 
 
 def _begun(netlist: ParsedNetlist, line: Line) -> Body:

@@ -67,10 +67,12 @@ def read_probes(texts: Iterable[str], load: "LoadCircuit") -> tuple[Probe, ...]:
     Raises InputError for a text of another form, and an unknown node or element, with the nearest
     match.
     """
-    distinct = {text.strip().lower(): None for text in texts}
+    distinct: dict[str, str] = {}
+    for text in texts:
+        distinct.setdefault(text.strip().lower(), text.strip())
     if len(distinct) > MANY:
         raise invalid("`probe`", f"be given at most {MANY} times", len(distinct))
-    return tuple(_read(text, load) for text in distinct)
+    return tuple(_read(text, load, typed) for text, typed in distinct.items())
 
 
 def element_powers(load: "LoadCircuit") -> dict[str, list[Probe]]:
@@ -88,7 +90,8 @@ def element_powers(load: "LoadCircuit") -> dict[str, list[Probe]]:
     return parts
 
 
-def _read(text: str, load: "LoadCircuit") -> Probe:
+def _read(text: str, load: "LoadCircuit", typed: str) -> Probe:
+    """The probe of a text in lower case; a net keeps the ``typed`` letters of its schematic."""
     if text == STORE:
         return _store(load)
     name = r"([\w.+/~-]+)"
@@ -99,7 +102,7 @@ def _read(text: str, load: "LoadCircuit") -> Probe:
     name = f"{kind}({first}{',' + second if second else ''})"
     if kind == "v":
         plus, minus = (_vector(_node(name, load)) for name in (first, second or "0"))
-        return Probe(name, "V", plus, minus)
+        return Probe(f"v{''.join(typed[1:].split())}", "V", plus, minus)
     named = {name: part for name, part in by_name(load.parts).items() if part.kind != "k"}
     first = load.renamed.get(first, first)
     if first == "load" and "load" not in named:

@@ -38,6 +38,9 @@ class Line:
         return self.text.split(maxsplit=1)[0].lower()
 
 
+DRIVES = ("v", "i")  # letters of the elements that drive a simulation
+
+
 class DeckError(InputError):
     """A netlist has lines of a simulation by hand, which `harvester adopt` leaves out."""
 

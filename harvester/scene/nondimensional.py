@@ -30,45 +30,47 @@ class Nondimensional(SceneTable):
     """
 
     TABLE: ClassVar[str] = "nondimensional"
-    c1: Annotated[OptNumber, NUMBER, "linear damping is -c1"] = NONE
-    c2: Annotated[OptNumber, NUMBER, "damping of x^2 is -c2"] = NONE
+    c1: Annotated[OptNumber, NUMBER, "linear damping is -c1", "-0.05"] = NONE
+    c2: Annotated[OptNumber, NUMBER, "damping of x^2 is -c2", "-0.02"] = NONE
     c3: Annotated[OptNumber, NUMBER, "damping of x^4"] = NONE
     cv: Annotated[OptNumber, NUMBER_FROM_0, "quadratic damping, of |x'|"] = NONE
     alpha: Annotated[OptNumber, NUMBER, "cubic stiffness"] = NONE
     alpha2: Annotated[OptNumber, NUMBER, "quadratic stiffness"] = NONE
     softening: Annotated[OptNumber, NUMBER_FROM_0, "softening of the ceramic, -x |x|"] = NONE
     inertia: Annotated[OptNumber, NUMBER_FROM_0, "mass 1 + inertia x^2"] = NONE
-    linear: Annotated[OptNumber, NUMBER, "1, or -1 for a bistable device"] = NONE
+    linear: Annotated[OptNumber, NUMBER, "1, or -1 for a bistable device", "-1.0"] = NONE
     beta: Annotated[OptNumber, NUMBER_FROM_0, "coupling, theta^2/(K Cp)"] = NONE
     gamma: Annotated[OptNumber, NUMBER, "coupling that grows as 1 + gamma x^2"] = NONE
-    mu: Annotated[OptNumber, NUMBER_FROM_0, "load, 1/(R Cp w0)"] = NONE
+    mu: Annotated[OptNumber, NUMBER_FROM_0, "load, 1/(R Cp w0)", "1.0"] = NONE
     loss_tangent: Annotated[OptNumber, NUMBER_FROM_0, "dielectric loss, added to mu"] = NONE
     restitution: Annotated[OptNumber, RESTITUTION, "rigid stop"] = NONE
-    gap: Annotated[OptNumber, NUMBER, "the stop is at x = -gap"] = NONE
+    gap: Annotated[OptNumber, NUMBER, "the stop is at x = -gap", "0.5"] = NONE
     opposite_restitution: Annotated[
         OptNumber,
         RESTITUTION,
         "restitution coefficient of a second rigid stop, at x = +opposite_gap",
     ] = NONE
-    opposite_gap: Annotated[OptNumber, NUMBER, "distance of that stop from rest"] = NONE
+    opposite_gap: Annotated[OptNumber, NUMBER, "distance of that stop from rest", "0.5"] = NONE
     stop_stiffness: Annotated[
-        OptNumber, NUMBER_FROM_0, "compliant stop, instead of restitution"
+        OptNumber, NUMBER_FROM_0, "compliant stop, instead of restitution", "100.0"
     ] = NONE
     stop_damping: Annotated[OptNumber, NUMBER_FROM_0, "damping of a compliant stop"] = NONE
-    eps1: Annotated[OptNumber, NUMBER, "size of the external noise; default 1"] = NONE
-    eps2: Annotated[OptNumber, NUMBER, "size of the parametric noise; default 1"] = NONE
-    D11: Annotated[OptNumber, NUMBER_FROM_0, "intensity of the external noise"] = NONE
-    D22: Annotated[OptNumber, NUMBER_FROM_0, "intensity of the parametric noise"] = NONE
-    D12: Annotated[OptNumber, NUMBER, "correlation of the two"] = NONE
-    drive: Annotated[OptNumber, NUMBER_FROM_0, "amplitude of a harmonic acceleration"] = NONE
-    drive_frequency: Annotated[OptNumber, NUMBER_ABOVE_0, "its frequency over w0 (rad)"] = NONE
-    correlation_time: Annotated[OptNumber, NUMBER_ABOVE_0, "the external noise is coloured"] = NONE
-    centre_frequency: Annotated[
-        OptNumber, NUMBER_ABOVE_0, "centre of band-limited external noise (rad)"
-    ] = NONE
-    bandwidth: Annotated[OptNumber, NUMBER_ABOVE_0, "half-power bandwidth of that noise (rad)"] = (
+    eps1: Annotated[OptNumber, NUMBER, "size of the external noise; default 1", "1.0"] = NONE
+    eps2: Annotated[OptNumber, NUMBER, "size of the parametric noise; default 1", "1.0"] = NONE
+    D11: Annotated[OptNumber, NUMBER_FROM_0, "intensity of the external noise", "0.01"] = NONE
+    D22: Annotated[OptNumber, NUMBER_FROM_0, "intensity of the parametric noise", "0.01"] = NONE
+    D12: Annotated[OptNumber, NUMBER, "correlation of the two", "0.005"] = NONE
+    drive: Annotated[OptNumber, NUMBER_FROM_0, "amplitude of a harmonic acceleration", "0.2"] = NONE
+    drive_frequency: Annotated[OptNumber, NUMBER_ABOVE_0, "its frequency over w0 (rad)", "1.0"] = (
         NONE
     )
+    correlation_time: Annotated[OptNumber, NUMBER_ABOVE_0, "the external noise is coloured"] = NONE
+    centre_frequency: Annotated[
+        OptNumber, NUMBER_ABOVE_0, "centre of band-limited external noise (rad)", "1.0"
+    ] = NONE
+    bandwidth: Annotated[
+        OptNumber, NUMBER_ABOVE_0, "half-power bandwidth of that noise (rad)", "0.2"
+    ] = NONE
 
     def __post_init__(self) -> None:
         check_shaking(self, "drive", "drive_frequency", "D11")

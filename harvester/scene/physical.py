@@ -93,7 +93,7 @@ class Oscillator(SceneTable):
     ] = NONE
     damping: Annotated[OptNumber, DAMPING, "linear damping"] = NONE
     damping_ratio: Annotated[
-        OptNumber, NUMBER, "instead of damping: damping/(2 sqrt(|stiffness| mass))"
+        OptNumber, NUMBER, "instead of damping: damping/(2 sqrt(|stiffness| mass))", "0.01"
     ] = NONE
     q: Annotated[OptNumber, QUALITY, "quality factor in short circuit, instead of damping"] = NONE
     damping_x2: Annotated[OptNumber, DAMPING_X2, "coefficient of X^2 X'"] = NONE
@@ -132,7 +132,7 @@ class Piezo(SceneTable):
         NONE
     )
     open_circuit_frequency: Annotated[
-        OptNumber, FREQUENCY, "open-circuit resonance, instead of coupling"
+        OptNumber, FREQUENCY, "open-circuit resonance, instead of coupling", "'4.8 Hz'"
     ] = NONE
     coupling_x2: Annotated[
         OptNumber, COUPLING_X2, "coefficient of X^2 in the coupling: coupling + coupling_x2 X^2"
@@ -213,10 +213,15 @@ class Mode(SceneTable):
 
     TABLE: ClassVar[str] = "mode"
     frequency: Annotated[
-        Number, FREQUENCY, "resonance of a further mode in short circuit, in ascending order"
+        Number,
+        FREQUENCY,
+        "resonance of a further mode in short circuit, in ascending order",
+        "'20 Hz'",
     ]
-    mass: Annotated[Number, MASS, "modal mass of a further mode"]
-    damping_ratio: Annotated[OptNumber, NUMBER_FROM_0, "damping ratio of a further mode"] = NONE
+    mass: Annotated[Number, MASS, "modal mass of a further mode", "'15 g'"]
+    damping_ratio: Annotated[
+        OptNumber, NUMBER_FROM_0, "damping ratio of a further mode", "0.01"
+    ] = NONE
     coupling: Annotated[
         OptNumber, MODE_COUPLING, "force per volt on a further mode; left out: none"
     ] = NONE
@@ -268,7 +273,7 @@ class Ball(SceneTable):
     """
 
     TABLE: ClassVar[str] = "ball"
-    mass: Annotated[Number, MASS, "mass of a free ball in a box on the mass"]
+    mass: Annotated[Number, MASS, "mass of a free ball in a box on the mass", "'5 g'"]
     room: Annotated[Number, ROOM, "free way of the ball from end to end of its box"]
     restitution: Annotated[Number, RESTITUTION, "restitution coefficient at both ends of its box"]
     tilt: Annotated[
@@ -312,7 +317,9 @@ class Excitation(SceneTable):
         OptNumber, TIME, "the noise is coloured (Ornstein and Uhlenbeck)"
     ] = NONE
     centre_frequency: Annotated[OptNumber, FREQUENCY, "centre of band-limited noise"] = NONE
-    bandwidth: Annotated[OptNumber, FREQUENCY, "half-power bandwidth of band-limited noise"] = NONE
+    bandwidth: Annotated[
+        OptNumber, FREQUENCY, "half-power bandwidth of band-limited noise", "'0.5 Hz'"
+    ] = NONE
     acceleration_file: (
         Annotated[str, "recorded acceleration of the base, a CSV file with units", "'shake.csv'"]
         | None
@@ -325,13 +332,13 @@ class Excitation(SceneTable):
         | None
     ) = None
     level: Annotated[
-        OptNumber, NUMBER, "factor on the accelerations of a profile; negative: reversed"
+        OptNumber, NUMBER, "factor on the accelerations of a profile; negative: reversed", "0.5"
     ] = NONE
     pulse_duration: Annotated[
-        OptNumber, TIME, "duration of a shock; decay time to 1/e of a damped sine"
+        OptNumber, TIME, "duration of a shock; decay time to 1/e of a damped sine", "'11 ms'"
     ] = NONE
     event_rate: Annotated[
-        OptNumber, FREQUENCY, "shocks per second; default: a single one, from rest"
+        OptNumber, FREQUENCY, "shocks per second; default: a single one, from rest", "'0.5 Hz'"
     ] = NONE
     harmonics: Annotated[
         Read[tuple[Annotated[float, ACCELERATION], ...] | None, Sequence[float | str] | None],

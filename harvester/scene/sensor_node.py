@@ -37,23 +37,26 @@ class Storage(SceneTable):
     TABLE: ClassVar[str] = "storage"
     capacitance: Annotated[OptNumber, STORAGE, "capacitance that feeds the node"] = NONE
     leakage_resistance: Annotated[
-        OptNumber, RESISTANCE_FROM_0, "resistance across the capacitor; default: none"
+        OptNumber, RESISTANCE_FROM_0, "resistance across the capacitor; default: none", "'10 Mohm'"
     ] = NONE
-    esr: Annotated[OptNumber, RESISTANCE_FROM_0, "series resistance"] = NONE
-    initial_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "voltage at the beginning; default 0"] = (
-        NONE
-    )
+    esr: Annotated[OptNumber, RESISTANCE_FROM_0, "series resistance", "'0.2 ohm'"] = NONE
+    initial_voltage: Annotated[
+        OptNumber, VOLTAGE_FROM_0, "voltage at the beginning; default 0", "'2.5 V'"
+    ] = NONE
     clamp_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "voltage above which surplus energy is dissipated; default: none"
+        OptNumber,
+        VOLTAGE_FROM_0,
+        "voltage above which energy is dissipated; default: none",
+        "'5 V'",
     ] = NONE
     capacitance_left: Annotated[
         OptNumber, SHARE, "fraction of the capacitance left by tolerance and age; default 1"
     ] = NONE
     diffusion_capacitance: Annotated[
-        OptNumber, STORAGE, "capacitance deep in the pores, in parallel"
+        OptNumber, STORAGE, "capacitance deep in the pores, in parallel", "'100 uF'"
     ] = NONE
     diffusion_resistance: Annotated[
-        OptNumber, RESISTANCE, "resistance of the pores, along diffusion_capacitance"
+        OptNumber, RESISTANCE, "resistance of the pores, along diffusion_capacitance", "'50 ohm'"
     ] = NONE
     battery_voltage: Annotated[
         OptNumber, VOLTAGE, "voltage of a battery, instead of capacitance"
@@ -117,8 +120,12 @@ class SensorNode(SceneTable):
 
     TABLE: ClassVar[str] = "node"
     wake_voltage: Annotated[Number, VOLTAGE_FROM_0, "storage voltage at which the node starts"]
-    stop_voltage: Annotated[Number, VOLTAGE_FROM_0, "storage voltage below which it stops"]
-    interval: Annotated[Number, TIME, "time from the beginning of a packet to that of the next"]
+    stop_voltage: Annotated[
+        Number, VOLTAGE_FROM_0, "storage voltage below which it stops", "'2.2 V'"
+    ]
+    interval: Annotated[
+        Number, TIME, "time from the beginning of a packet to that of the next", "'10 s'"
+    ]
     currents: (
         Annotated[
             tuple[Annotated[float, CURRENT], ...],
@@ -144,16 +151,19 @@ class SensorNode(SceneTable):
         ]
         | None
     ) = None
-    sleep_current: Annotated[OptNumber, CURRENT, "current between packets"] = NONE
+    sleep_current: Annotated[OptNumber, CURRENT, "current between packets", "'2 uA'"] = NONE
     stopped_current: Annotated[
-        OptNumber, CURRENT, "current while it waits for the wake voltage"
+        OptNumber, CURRENT, "current while it waits for the wake voltage", "'100 nA'"
     ] = NONE
     supply_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "regulated supply voltage; default: fed by the storage"
+        OptNumber,
+        VOLTAGE_FROM_0,
+        "regulated supply voltage; default: fed by the storage",
+        "'1.8 V'",
     ] = NONE
     efficiency: Annotated[OptNumber, SHARE, "efficiency of the regulator; default 1"] = NONE
     lost_share: Annotated[
-        OptNumber, SHARE, "fraction of packets that are not acknowledged; default 0"
+        OptNumber, SHARE, "fraction of packets that are not acknowledged; default 0", "0.02"
     ] = NONE
     retries: Annotated[
         OptNumber, RETRIES, "most repetitions of a packet that is not acknowledged"
@@ -166,7 +176,7 @@ class SensorNode(SceneTable):
         ]
         | None
     ) = None
-    low_interval: Annotated[OptNumber, TIME, "interval while the low-energy flag is set"] = NONE
+    low_interval: Annotated[OptNumber, TIME, "interval while that flag is set", "'1 min'"] = NONE
 
     def __post_init__(self) -> None:
         _check_radio(self)
@@ -264,17 +274,17 @@ class HarvestingChip(SceneTable):
         None
     )
     start_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "storage voltage at which the output starts"
+        OptNumber, VOLTAGE_FROM_0, "storage voltage at which the output starts", "'4 V'"
     ] = NONE
     stop_voltage: Annotated[
-        OptNumber, VOLTAGE_FROM_0, "storage voltage below which the output stops"
+        OptNumber, VOLTAGE_FROM_0, "storage voltage below which the output stops", "'2.4 V'"
     ] = NONE
-    full_voltage: Annotated[OptNumber, VOLTAGE_FROM_0, "storage voltage at which charging ends"] = (
-        NONE
-    )
-    own_current: Annotated[OptNumber, CURRENT, "quiescent current of the chip"] = NONE
+    full_voltage: Annotated[
+        OptNumber, VOLTAGE_FROM_0, "storage voltage at which charging ends", "'4.2 V'"
+    ] = NONE
+    own_current: Annotated[OptNumber, CURRENT, "quiescent current of the chip", "'0.5 uA'"] = NONE
     input_ratio: Annotated[
-        OptNumber, SHARE, "fraction of the open-circuit voltage at which the input is held"
+        OptNumber, SHARE, "fraction of the open-circuit voltage at which the input is held", "0.8"
     ] = NONE
     efficiency: Annotated[OptNumber, SHARE, "charging efficiency"] = NONE
     efficiency_table: (

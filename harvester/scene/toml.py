@@ -2,6 +2,7 @@
 
 import difflib
 import re
+import shlex
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,6 +16,7 @@ from harvester.scene.physical import FILES
 from harvester.scene.scene import Scene
 
 _NO_DIGIT = re.compile(r"""^([^"'#]*[=,\[]\s*)(\.\d+)""", re.MULTILINE)  # restitution = 0.9
+DECKS = (".cir", ".net", ".sp", ".spice", ".ckt", ".asc", ".kicad_sch")  # files of netlists
 MOST_BYTES = 16384  # of a scene file; a scene takes less than a thousand
 
 
@@ -120,6 +122,12 @@ def load(path: str | Path) -> Scene:
     harvester.errors.InputError: scene must be a file, but there is no 'nowhere/plate.toml': ...
     """
     name, path = str(path), Path(path)
+    if path.suffix.lower() in DECKS and path.is_file():
+        adopt = shlex.join(["harvester", "adopt", name])
+        raise InputError(
+            f"scene must be a TOML file, but {shown(name)} is a netlist, which a scene's [load] "
+            f"names; {adopt} makes a board of a simulation"
+        )
     try:
         data = files.read(name, "scene", MOST_BYTES)
     except InputError as error:

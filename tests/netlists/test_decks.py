@@ -5,6 +5,7 @@ The board and a netlist written by hand without the drive get the same current, 
 """
 
 import json
+import shlex
 
 import pytest
 
@@ -260,6 +261,54 @@ def test_the_remedy_of_run_works_when_typed(tmp_path, harvester, monkeypatch):
     status, out, _ = harvester(*remedy[1:], "--force", "--json")
     assert json.loads(out)["load"]["terminals"] == ["A", "B"]
     assert status == 0
+
+
+DEVICE = [
+    *("--mass", "9 g", "--frequency", "61 Hz", "--q", "50", "--coupling", "1.2e-3 N/V"),
+    *("--capacitance", "33 nF", "--acceleration-psd", "1e-4 g^2/Hz"),
+]
+
+
+@pytest.mark.parametrize("name", ["current source", "with a subcircuit"])
+def test_a_new_scene_of_a_deck(tmp_path, harvester, monkeypatch, name):
+    """`run` and `new` answer a deck with `adopt`; each command that is printed works as it is typed."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "spice").mkdir()
+    text = DECKS["current source"][0]
+    inner = "\n.subckt thing a b\nRx a b 1\n.ends\n.tran"
+    (tmp_path / "spice" / "deck.cir").write_text(
+        text if name == "current source" else text.replace("\n.tran", inner, 1)
+    )
+    (tmp_path / "spice" / "board.cir").write_text("* another\n")
+    status, _, error = harvester("run", "spice/deck.cir")
+    assert status == 2 and "harvester adopt spice/deck.cir makes a board" in error
+    status, _, error = harvester("new", "mine.toml", *DEVICE, "--netlist", "spice/deck.cir")
+    assert (status, error.count("\n"), [*tmp_path.glob("*.toml")]) == (2, 1, [])
+    remedy = shlex.split(error.partition("; ")[2].partition(" leaves out")[0])
+    assert remedy == ["harvester", "adopt", "spice/deck.cir", "--out", "spice/adopted.cir"]
+    status, out, error = harvester(*remedy[1:])
+    assert (status, error) == (0, "")
+    new = shlex.split(out.partition("new scene of it: ")[2].partition("\n")[0])
+    status, out, error = harvester(*new[1:], *DEVICE)
+    assert (status, error) == (0, "") and "--vary load.parameters.RL=" in out
+    scene = hv.load(new[2])
+    assert ({*scene.load.terminals}, scene.load.resistor) == ({"A", "B"}, "RL")
+    assert load_circuit(scene.load, 33e-9).value_warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--terminals", "A,B"], "--netlist must be given with --terminals, but is left out"),
+        (["--netlist", "bridge", "--store", "C1"], "load.store must be used with load.terminals"),
+        (["--netlist", "./x.cir", "--terminals", "A"], "--terminals must be two nets"),
+    ],
+)
+def test_boards_that_no_new_scene_has(tmp_path, harvester, words, says):
+    """One line names the option."""
+    status, _, error = harvester("new", tmp_path / "mine.toml", *DEVICE, *words)
+    assert (status, error.count("\n")) == (2, 1) and says in error
+    assert not [*tmp_path.iterdir()]
 
 
 LOOSE = (

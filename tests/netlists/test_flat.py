@@ -82,6 +82,7 @@ def test_probes_by_the_boards_own_names(tmp_path):
     one, two, three, four = read_probes(["v(/OUT)", "v(out,GND)", "i(R1)", "store"], circuit)
     assert (one.plus, one.minus) == (two.plus, two.minus) == (four.plus, four.minus)
     assert (one.plus, one.minus) == ("xload.out", "xload.board_ground")
+    assert (one.name, two.name) == ("v(/OUT)", "v(out,GND)")
     assert three.factor == "@r.xload.rload[i]"
     with pytest.raises(InputError, match="did you mean '/out'"):
         read_probes(["v(/OUTT)"], circuit)

@@ -14,6 +14,7 @@ MESSAGES: dict[str, str] = {
     "deck_written": "written: {out}",
     "deck_unwritten": "nothing is written: `out` board.cir writes the board",
     "deck_table": "its table in a scene:",
+    "deck_new": "a new scene of it: {command}",
     "deck_cards": "left out: {cards}, which act on the deck's own simulation",
     "deck_commands": "left out: {count} commands between .control and .endc, which never run here",
     "deck_command_changes": "left out: the command {command} ({line}), which may change the "

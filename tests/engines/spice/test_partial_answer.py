@@ -63,3 +63,13 @@ def test_the_cheap_model_stands_in():
 def test_nothing_is_known_before_the_means_begin():
     with pytest.raises(OutOfTimeError, match="ngspice stopped at 3 s of 80 s"):
         partial_answer("spice", Problem.of(PLATE), out_of_time(None), 7.0)
+
+
+@pytest.mark.ngspice
+def test_where_the_slow_engine_serves_it_is_named():
+    """A chip behind a rectifier needs seconds there; a plain bridge has no such circuit."""
+    answer = hv.run("examples/bimorph_ltc3588.toml", "spice", budget="2s", seed=1)
+    assert any(said.code == "slow_serves" for said in answer.notes)
+    assert "engine 'slow' supports this scene" in answer.as_json()["reason"]
+    bridge = hv.run("examples/plate_bridge.toml", "spice", trajectories=2, duration=1.0)
+    assert not any(said.code == "slow_serves" for said in bridge.notes)
