@@ -68,6 +68,8 @@ from .studies.paper import PaperFigure as PaperFigure
 from .studies.paper import paper as paper
 from .studies.prediction.predict import predict as predict
 from .studies.prediction.prediction_result import Prediction as Prediction
+from .studies.saved_results import SavedTable as SavedTable
+from .studies.saved_results import read as read
 from .studies.sensitivity import Sensitivity as Sensitivity
 from .studies.sensitivity import sensitivity as sensitivity
 from .studies.stability.exponent import Stability as Stability

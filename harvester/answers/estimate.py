@@ -16,7 +16,8 @@ from harvester.presentation.result import Result
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 class SteadyResponse(Result):
@@ -185,6 +186,6 @@ class Estimate(Result):
         """Its notes in one line."""
         return "; ".join(map(str, self.notes))
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """Draw the parts of the error, and the energy ledger if there is one, as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)

@@ -33,7 +33,8 @@ from harvester.scene.load import Load
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 MOST_STEPS, MOST_READINGS = 100_000_000, 5_000_000
 COLUMNS = ("time", "voltage", "current", "load_power")  # columns of every answer
@@ -130,9 +131,9 @@ class Cosimulation(TableResult):
         """How many events it has."""
         return len(self.events)
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The path as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
     @property
     def table(self) -> Table:

@@ -1,8 +1,11 @@
 """No engine asked for, but an accuracy: the cheapest one that is known to reach it."""
 
+import contextlib
 import dataclasses
 import math
 import time
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.averaged import Averaged
@@ -17,9 +20,22 @@ from harvester.engines.slow import Slow
 from harvester.engines.spice.spice import Spice
 from harvester.equations.effects import SEVERAL_MODES
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, InputError, MissingProgramError, SimulationError
+from harvester.errors import (
+    HarvesterError,
+    InputError,
+    MissingProgramError,
+    SimulationError,
+    UnboundedResponseError,
+)
+from harvester.netlists.load_circuit import effective_value
+from harvester.netlists.part import CircuitPart
 from harvester.presentation.diagnostic import note
 
+SLOW_SHARE = 0.5  # of what is left, for the slow circuit: no effort makes its error smaller
+AGAIN = 1.5  # times its seconds that must be left for an engine to run again
+PASSIVE = frozenset({"r", "c", "l", "d"})
+# nondimensional time in which a passive circuit charges, up to which no slow circuit is called for
+LONG = 300.0
 LEAST = 0.1  # part of a budget: if less is left, no further engine begins
 SHORTEST = 0.1  # s of a budget
 FINER_THAN_SAMPLING = 1e-4  # relative errors at which the density itself is cheaper than any sample
@@ -86,45 +102,75 @@ class Cheapest(MonteCarloOptions, Engine):
     def _of_netlist(self, problem: Problem, within: float, progress: Progress | None) -> Estimate:
         """The answer of the first engine that reaches ``within``, or of the one that comes closest.
 
-        Each has the rest of the budget that those before it left.
+        Each has the rest of the budget, and gives it up if it is seen not to reach the target; the
+        closest one then continues with the rest.  Raises the first engine's error if none answers.
         """
-        end = (
-            math.inf if self.budget is None else time.perf_counter() + (number(self.budget) or 0.0)
-        )
-        answers: list[Estimate] = []
-        for kind in self._for_netlist(problem):
+        budget = number(self.budget)
+        end = math.inf if budget is None else time.perf_counter() + budget
+        tried: list[Tried] = []
+        failed: list[HarvesterError] = []
+        kinds = self._for_netlist(problem)
+        for k, kind in enumerate(kinds):
             left = end - time.perf_counter()
-            if answers and left < LEAST * (number(self.budget) or 0.0):
+            if tried and left < LEAST * (budget or 0.0):
                 break
+            is_last = k == len(kinds) - 1
+            share = SLOW_SHARE if kind is Slow and not is_last else 1.0
             try:
-                answer = self._as(kind, left).run(problem, progress)
-            except (SimulationError, MissingProgramError):
-                if not answers and kind is Spice:
-                    raise
+                answer = self._as(kind, share * left, gives_up=not is_last).run(problem, progress)
+            except UnboundedResponseError:
+                raise
+            except (SimulationError, MissingProgramError) as error:
+                failed.append(error)
                 continue
-            if not answers and kind is Spice:
-                return _because(answer, "netlist", within)
-            answers.append(answer)
-            if _stated(answer) <= within:
-                return _because(answer, "reached", within, _stated(answer))
-        closest = min(answers, key=_stated)
-        return _because(closest, "closest", within, _stated(closest))
+            tried.append(Tried(kind, answer))
+            if tried[-1].stated <= within:
+                return self._chosen(tried, "reached")
+        if not tried:
+            raise failed[0]
+        again = min(tried, key=lambda attempt: (attempt.needed, attempt.stated))
+        left = end - time.perf_counter()
+        if again.needed < math.inf and AGAIN * again.answer.seconds < left < math.inf:
+            with contextlib.suppress(SimulationError):
+                answer = self._as(again.kind, left).run(problem, progress)
+                tried.append(Tried(again.kind, answer))
+        return self._chosen(tried, "closest")
+
+    def _chosen(self, tried: "Sequence[Tried]", why: str) -> Estimate:
+        """The answer with the smallest error, and why; with the seconds that other engines need."""
+        within = number(self.within) or 0.0
+        best = min(tried, key=lambda attempt: attempt.stated)
+        if best.stated <= within:
+            why = "reached"
+        needed = {
+            f"needed_{attempt.kind.NAME}": attempt.needed
+            for attempt in tried
+            if attempt.needed < math.inf and (why == "closest" or attempt.kind is not best.kind)
+        }
+        error = best.stated if best.stated < math.inf else None
+        return _because(best.answer, why, within, error, needed=needed)
 
     def _for_netlist(self, problem: Problem) -> list[type[Slow | Compiled | Spice]]:
         """The engines for a netlist, the cheapest first; `Spice` knows its error whatever the circuit."""
         kinds: list[type[Slow | Compiled | Spice]] = []
         free = (self.trajectories, self.duration, self.dt) == (None, None, None)
-        if free and Slow.refusal(problem) is None:
+        if free and is_slow(problem):
             kinds.append(Slow)
-        if stands_alone(problem) and Compiled.refusal(problem) is None:
-            kinds.append(Compiled)
-        return [*kinds, Spice]
+        if Compiled.refusal(problem) is not None:
+            return [*kinds, Spice]
+        if stands_alone(problem):
+            return [*kinds, Compiled, Spice]
+        return [*kinds, Spice, Compiled]
 
-    def _as(self, kind: type[Slow | Compiled | Spice], left: float) -> Engine:
+    def _as(
+        self, kind: type[Slow | Compiled | Spice], left: float, gives_up: bool = False
+    ) -> Engine:
         """An engine with those of the options that it has, and the seconds that are ``left``."""
         names = {field.name for field in dataclasses.fields(kind)}
         given = {name: value for name, value in vars(self).items() if name in names}
         budget = None if math.isinf(left) else max(round(left, 1), SHORTEST)
+        if gives_up:
+            kind = type(kind.__name__, (kind,), {"GIVES_UP": True})
         return kind(**{**given, "budget": budget})
 
     def _unaveraged(self, problem: Problem, progress: Progress | None) -> Estimate:
@@ -133,6 +179,31 @@ class Cheapest(MonteCarloOptions, Engine):
         if within is not None and within <= FINER_THAN_SAMPLING and not Density.refusal(problem):
             return Density(within=within, budget=budget).run(problem, progress)
         return Ensemble(**vars(self)).run(problem, progress)
+
+
+def is_slow(problem: Problem) -> bool:
+    """Whether the circuit is a chip behind a rectifier, or one whose capacitors charge for long.
+
+    Engines of the whole circuit need less time if it charges within `LONG`/w0.
+    """
+    if Slow.refusal(problem) is not None:
+        return False
+    seconds = longest_charging(problem.circuit.parts if problem.circuit else ())
+    return seconds * problem.scales.frequency > LONG
+
+
+def longest_charging(parts: Iterable[CircuitPart]) -> float:
+    """The time (s) in which R, C, L and diodes charge at most; infinite for other elements.
+
+    (sum of C) (sum of R)
+    """
+    total = dict.fromkeys("rc", 0.0)
+    for part in parts:
+        if part.kind not in PASSIVE:
+            return math.inf
+        if part.kind in total:
+            total[part.kind] += effective_value(part) or math.inf
+    return total["r"] * total["c"]
 
 
 def stands_alone(problem: Problem) -> bool:
@@ -149,11 +220,27 @@ def stands_alone(problem: Problem) -> bool:
     return problem.equations.is_random and ideal_elements(problem, load) is None
 
 
-def _stated(answer: Estimate) -> float:
-    """The relative error of an answer's power; infinite if a part is not known."""
-    power = answer.mean_power
-    known = power.error95 is not None and power.value
-    return power.known_error95 / abs(power.value) if known else math.inf
+@dataclasses.dataclass(frozen=True)
+class Tried:
+    """An engine that was tried, and its answer."""
+
+    kind: type[Slow | Compiled | Spice]
+    answer: Estimate
+
+    @property
+    def stated(self) -> float:
+        """The relative error of the answer's power; infinite if a part is not known."""
+        power = self.answer.mean_power
+        known = power.error95 is not None and power.value
+        return power.known_error95 / abs(power.value) if known else math.inf
+
+    @property
+    def needed(self) -> float:
+        """The seconds to the target, in all; infinite if they are not known."""
+        missed = [said for said in self.answer.diagnostics if said.code == "target_missed"]
+        if not missed or missed[-1].numbers["error"] is None:
+            return math.inf
+        return float(missed[-1].numbers["enough"] or math.inf)
 
 
 def formula(problem: Problem) -> type[Formula]:
@@ -168,8 +255,13 @@ def _because(
     error: float | None = None,
     formula: str = "",
     refused: str = "",
+    needed: Mapping[str, float] = MappingProxyType({}),
 ) -> Estimate:
-    """The answer with a note ``why`` its engine was chosen; ``error`` is that of the ``formula``."""
-    numbers = {"why": why, "error": error, "within": within, "formula": formula, "refused": refused}
+    """The answer with a note ``why`` its engine was chosen; ``error`` is that of the ``formula``.
+
+    The seconds that engines would have ``needed`` have keys such as ``needed_spice``.
+    """
+    about = {"why": why, "error": error, "within": within, "formula": formula, "refused": refused}
+    numbers = about | dict(needed)
     chosen = note("cheapest", engine=answer.engine, **numbers)
     return dataclasses.replace(answer, diagnostics=(chosen, *answer.diagnostics))

@@ -149,8 +149,10 @@ class Ensemble(MonteCarloOptions, Engine):
         known = judge() if self.JUDGED_FIRST else None
         obstacle = exists.obstacle(within)
         said: list[Diagnostic | None] = []
-        if obstacle is None:
-            target = Target(within, number(self.budget), setup.budget_begin)
+        beyond = known is not None and known[0].get(name, 0.0) > within
+        if obstacle is None and not (beyond and self.GIVES_UP):
+            budget = number(self.budget)
+            target = Target(within, budget, setup.budget_begin, gives_up=self.GIVES_UP)
             if known is not None:
                 target.leave(known[0].get(name, 0.0))
             obstacle = sampling.refine(sampler, target)
@@ -295,6 +297,8 @@ class Ensemble(MonteCarloOptions, Engine):
         budget = number(self.budget)
         spent = time.perf_counter() - setup.budget_begin
         duration = sampling.first_duration(setup.trajectories.time, spent, budget)
+        if self.within is not None and setup.model.is_compiled:
+            duration *= sampling.FIRST
         if self.duration is not None:
             duration = (number(self.duration) or 0.0) * setup.unit
         pair = RichardsonPair(setup.trajectories, duration, budget)
@@ -317,6 +321,11 @@ class EnsembleSampler:
     def power_so_far(self) -> Value:
         """The mean of the moment that the power is made of."""
         return self.mean(self.setup.model.name, exact=False)
+
+    @property
+    def sampling_seconds(self) -> float:
+        """The seconds of averaging for the present duration, by the rate of the last part."""
+        return self.pair.seconds_a_unit * self.pair.duration
 
     def improve(self, target: Target) -> Diagnostic | None:
         """Begin again at a better step, or continue at this one; or state why neither reaches the target."""

@@ -74,6 +74,8 @@ class MonteCarloOptions(Request):
     CONTROLS: ClassVar[bool] = True  # sums of mean zero explain what they can of a mean's spread
     PAIRING: ClassVar[bool] = True  # ngspice's runs go beside a cheap model on the same noise
     SETTLED: ClassVar[bool] = True  # and begin in states of a circuit of ideal elements
+    # whether an engine that is seen not to reach its target leaves the budget to another
+    GIVES_UP: ClassVar[bool] = False
 
     duration: float | str | None = None
     trajectories: int | None = None

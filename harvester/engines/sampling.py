@@ -32,6 +32,7 @@ DRAWN, FEWEST_DRAWN = 1024, 128
 # target from which on so few trajectories do: their burn-in is most of what it costs
 LOOSE = 0.01
 LEAST = 128
+FIRST = 0.25  # of that, of a compiled circuit towards a target: a loose one needs no more
 LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
 FEW_OWN = 16  # trajectories of a compiled circuit that does not come back to a steady drive
 SLOWER = 8.0  # times fewer trajectories of a circuit with a kernel of its own
@@ -56,12 +57,22 @@ class Model:
     name: str
     factor: float
 
+    @property
+    def is_compiled(self) -> bool:
+        """Whether the circuit has a kernel of its own, whose steps are a hundred times dearer."""
+        return has_own_kernel(self.circuit)
+
 
 class Sampler(Protocol):
     """A sampler of a mean power that can continue."""
 
     def power_so_far(self) -> Value:
         """The mean power with its errors, or a moment in proportion to it."""
+        ...
+
+    @property
+    def sampling_seconds(self) -> float:
+        """The seconds of sampling to the present error, without burn-in and preparation."""
         ...
 
     def improve(self, target: Target) -> Diagnostic | None:
@@ -71,10 +82,20 @@ class Sampler(Protocol):
 
 def refine(sampler: Sampler, target: Target) -> Diagnostic | None:
     """Sequential sampling: continue until the target is reached; or state why it cannot be."""
-    while not target.reached(sampler.power_so_far()):
+    while not target.reached(value := sampler.power_so_far()):
+        target.sampling_seconds = sampler.sampling_seconds
+        if target.is_hopeless(value):
+            return warning("target_missed", **target.shortfall(value))
         if (obstacle := sampler.improve(target)) is not None:
             return obstacle
     return None
+
+
+def has_own_kernel(circuit: "IdealCircuit | OwnCircuit | None") -> bool:
+    """Whether a circuit is a netlist's, with a kernel of its own."""
+    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+
+    return circuit is not None and not isinstance(circuit, IdealCircuit)
 
 
 def affordable(
@@ -86,9 +107,7 @@ def affordable(
     for a large capacitor, and if no more are needed for an error of ``within``: `PURSUING` with
     controls come to about `FINE` in the time of their burn-in, `LEAST` to `LOOSE`.
     """
-    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
-
-    is_compiled = circuit is not None and not isinstance(circuit, IdealCircuit)
+    is_compiled = has_own_kernel(circuit)
     if steady or (is_compiled if within is None else within >= LOOSE):
         return (FEW_OWN if is_compiled else FEWEST) if steady else LEAST
     share = 1.0

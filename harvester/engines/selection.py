@@ -7,7 +7,7 @@ from typing import Any, TypeAlias, TypedDict, Unpack, overload
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.averaged import Averaged
-from harvester.engines.cheapest import Cheapest
+from harvester.engines.cheapest import Cheapest, is_slow
 from harvester.engines.compiled import Compiled
 from harvester.engines.density import Density
 from harvester.engines.ensemble import Ensemble
@@ -199,11 +199,7 @@ def default_engine(scene: AnyScene, **options: Any) -> str:
     if "within" in given:
         return Cheapest.NAME
     problem = Problem.of(scene)
-    if (
-        problem.netlist is not None
-        and not given - {*_options(Slow)}
-        and Slow.refusal(problem) is None
-    ):
+    if problem.netlist is not None and not given - {*_options(Slow)} and is_slow(problem):
         return Slow.NAME
     return (
         default_sampler(problem)

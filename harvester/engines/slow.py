@@ -21,6 +21,7 @@ from harvester.engines.protocol import (
 from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
+from harvester.errors import SimulationError, UnboundedResponseError
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
 SETTLED = 0.02  # of the mean power: a change from part to part that is told
 # of the time of the slow run: that of mass and circuit together, where the scales are not apart
 TOGETHER = 0.25
+LEAST_TOGETHER = 0.1  # of that, in a short budget
+# of the rest of a budget, for its averages: burn-in, twice the step and ngspice have the rest
+AVERAGING = 0.25
 
 
 class Slow(Request, Engine):
@@ -115,17 +119,13 @@ class Slow(Request, Engine):
                 solution = noisy_power(problem, cut, self.seed, deadline)
             else:
                 solution = slow_power(problem, cut, deadline)
+        if solution is not None and is_random and not solution.scales_apart:
+            direct = self._directly(problem, solution, progress, deadline)
+            if direct is not None:
+                return direct
+            solution = None
         if solution is None:
-            assert budget is not None, "only a deadline leaves no solution"
-            soon = self.quick(problem)
-            said = (*soon.diagnostics, known.warning, warning("quick_in_budget", budget=budget))
-            return replace(
-                soon,
-                diagnostics=tuple(diagnostic for diagnostic in said if diagnostic),
-                seconds=time.perf_counter() - begin,
-            )
-        if is_random and not solution.scales_apart:
-            return self._directly(problem, solution, progress)
+            return self._in_short(problem, known.warning, begin)
         scales = problem.scales
         power = solution.power.with_unknown(known.unknown)
         how = "slow_circuit_alone" if solution.scales_apart else "run_directly"
@@ -154,16 +154,45 @@ class Slow(Request, Engine):
             details={"duration": solution.duration, "step": solution.slow_step, **solution.load},
         )
 
+    def _in_short(self, problem: Problem, remark: Diagnostic | None, begin: float) -> Estimate:
+        """The quick answer, if the budget leaves no time for another; begun at ``begin``."""
+        soon = self.quick(problem)
+        missed = warning("quick_in_budget", budget=number(self.budget))
+        said = [*soon.diagnostics, *([] if remark is None else [remark]), missed]
+        return replace(soon, diagnostics=tuple(said), seconds=time.perf_counter() - begin)
+
     def _directly(
-        self, problem: Problem, solution: "SlowPower", progress: Progress | None
-    ) -> Estimate:
-        """Under noise the mean power of both together, over `TOGETHER` of the time of the slow run."""
+        self,
+        problem: Problem,
+        solution: "SlowPower",
+        progress: Progress | None,
+        deadline: float | None,
+    ) -> Estimate | None:
+        """Under noise the mean power of both together, over `TOGETHER` of the time of the slow run.
+
+        A ``deadline`` of `time.perf_counter` makes it shorter; None if it would be less than
+        `LEAST_TOGETHER` of that, or does not settle.
+        """
         from harvester.mechanics.kernels.trajectory_batch import BATCH
 
-        seconds = TOGETHER * solution.duration * problem.scales.frequency / problem.units.frequency
-        direct = Compiled(seed=self.seed, duration=seconds, trajectories=BATCH).run(
-            problem, progress
-        )
+        seconds = TOGETHER * solution.duration
+        left = None
+        if deadline is not None:
+            left = max(deadline - time.perf_counter(), 0.0)
+            share = AVERAGING * left / (BATCH * solution.pace * seconds)
+            if share < LEAST_TOGETHER:
+                return None
+            seconds *= min(share, 1.0)
+        duration = seconds * problem.scales.frequency / problem.units.frequency
+        engine = Compiled(seed=self.seed, duration=duration, trajectories=BATCH, budget=left)
+        try:
+            direct = engine.run(problem, progress)
+        except UnboundedResponseError:
+            raise
+        except SimulationError:
+            if left is None:
+                raise
+            return None
         how = note("run_directly", direct=solution.duration, separation=solution.separation)
         return replace(direct, engine=self.NAME, diagnostics=(how, *direct.diagnostics))
 

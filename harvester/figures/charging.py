@@ -30,7 +30,8 @@ def charging(answer: ChargingResult, title: str | None) -> Plot:
         if panels == 3:  # the voltage takes the whole of the first row
             others = [axes[1, 0], axes[1, 1]]
             axes[0, 1].remove()
-            first.set_subplotspec(first.get_gridspec()[0, :])
+            if first.figure is figure:
+                first.set_subplotspec(first.get_gridspec()[0, :])
         _draw_voltage(first, answer, time, volt)
         if several:
             share = others.pop(0)

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from harvester.arrays import Floats
 from harvester.errors import escaped
 from harvester.presentation.engine_look import LOOKS, EngineLook
-from harvester.presentation.plot import Plot, styled
+from harvester.presentation.plot import GIVEN, Plot, UsersAxes, styled
 
 WIDTH = 6.0  # inches
 MOST_BARS = 60  # points of a curve with an error bar each; more are a band
@@ -34,14 +34,48 @@ def new(rows: int, columns: int, size: tuple[float, float], **options: Any) -> t
     """A new figure of a size in inches and its axes, without pyplot (0.2 s to load, and it keeps every figure)."""
     with styled():
         figure = Plot(figsize=size, layout="constrained")
-        return figure, figure.subplots(rows, columns, **options)
+        if (given := GIVEN.get()) is None:
+            return figure, figure.subplots(rows, columns, **options)
+        return figure, _with_first(figure, given, rows, columns, **options)
+
+
+def _with_first(
+    figure: Plot,
+    given: UsersAxes,
+    rows: int,
+    columns: int,
+    sharex: bool = False,
+    sharey: bool = False,
+    squeeze: bool = True,
+    **options: Any,
+) -> Any:
+    """The axes of a figure: the user's, then others that nobody sees, which share their scales."""
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    axes[0, 0].remove()
+    axes[0, 0] = given.axes
+    given.below[:] = axes[1:, 0]
+    for panel in axes.ravel()[1:]:
+        if sharex:
+            panel.sharex(given.axes)
+        if sharey:
+            panel.sharey(given.axes)
+    if not squeeze:
+        return axes
+    return axes.item() if axes.size == 1 else axes.squeeze()
 
 
 def entitle(figure: Figure, device: str | None, question: str = "") -> None:
-    """Set a title of up to three lines: the question that the figure answers, and the device; none for None."""
-    if device is None:
+    """Set a title of up to three lines: the figure's question, and the device; none for None.
+
+    The user's axes have no question.
+    """
+    if device is None or (GIVEN.get() is not None and not device):
         return
     text = escaped(device)
+    if (given := GIVEN.get()) is not None:
+        with styled():
+            given.axes.set_title(text)
+        return
     across = 12.0 * figure.get_figwidth()
     # lines of about one length
     across = min(across, 1.1 * len(text) / max(1, math.ceil(len(text) / across)) + 8)
@@ -51,9 +85,10 @@ def entitle(figure: Figure, device: str | None, question: str = "") -> None:
 
 
 def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
-    """Add one legend under all axes, if it covers nothing; ``note`` explains bars and bands."""
+    """Add one legend under all axes, or inside the user's; ``note`` explains bars and bands."""
     named: dict[str, Any] = {}
-    for axes in figure.axes:
+    given = GIVEN.get()
+    for axes in figure.axes if given is None else [given.axes]:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             named.setdefault(label, handle)
     named |= {handle.get_label(): handle for handle in more}
@@ -64,6 +99,10 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
     # rows of equal length
     columns = math.ceil(len(named) / math.ceil(len(named) / columns)) if named else 1
     across = int(14.0 * figure.get_figwidth())
+    if given is not None:
+        with styled():
+            given.axes.legend([*named.values()], [*named], title=textwrap.fill(note, across // 2))
+        return
     with styled():
         made = figure.legend(
             [*named.values()],

@@ -18,7 +18,8 @@ from harvester.presentation.table import Column, Table
 from harvester.quantities.units import SYMBOLS
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _NUMBERS = ("value", "low", "high")
 PREFIXED = ("kg", "N/m", "Hz", "F", "m", "N/V")  # units that are printed with a prefix
@@ -106,9 +107,9 @@ class IdentificationResult(TableResult):
         """Each measured curve with its fit, for a figure."""
         return fitted_curves(self.fit)
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The measurements and the fit as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
     def as_json(self) -> dict[str, object]:
         """The answer as ``--json`` prints it."""

@@ -21,10 +21,17 @@ from harvester.netlists.deck_cards import (
     read_step,
 )
 from harvester.netlists.deck_device import DeckDevice, Nets, find_piezo
-from harvester.netlists.deck_subcircuits import bodies_of, piezos, without_body
+from harvester.netlists.deck_model import (
+    Removed,
+    bodies_of,
+    measurements,
+    piezos,
+    shortened_starts,
+    without_body,
+)
 from harvester.netlists.element_lines import Element, read_element
 from harvester.netlists.flat import net_of
-from harvester.netlists.read_lines import Line, library_of, own_lines, read_lines
+from harvester.netlists.read_lines import Line, included_lines, library_of, own_lines
 from harvester.netlists.words import tokens_of
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 
@@ -103,9 +110,10 @@ def adopt(
     resistor = _load(left, load, path.name)
     kept_store = _store(left, store, path.name, resistor)
     deck.remarks += _on_roles(resistor, load, kept_store, store)
+    texts = {line: line.text for line in deck.kept if line not in gone}
+    left = _without_readers(deck, texts, left, piezo, resistor)
     supplies = (each for each in left if each.kind in "vi" and _is_source(each))
     deck.remarks += [note("deck_source_kept", element=each.name) for each in supplies]
-    texts = {line: line.text for line in deck.kept if line not in gone}
     for step in deck.steps:
         deck.remarks.append(step.offered(texts, deck.parameters, left, resistor, kept_store))
     deck.remarks += on_libraries(deck.missing, texts, deck.models)
@@ -127,6 +135,34 @@ def _piezo(deck: SimulationDeck, terminals: Nets | None) -> tuple[DeckDevice, se
         return device, {element.line for element in device.elements}
     body = bodies.get(without_body(called[0], deck.elements), ())
     return called[0], {*(element.line for element in called[0].elements), *body}
+
+
+def _without_readers(
+    deck: SimulationDeck,
+    texts: dict[Line, str],
+    left: Sequence[Element],
+    piezo: DeckDevice,
+    load: Element,
+) -> list[Element]:
+    """The elements without those that measure the piezo's own model.
+
+    The lines ``texts`` lose them and the starting values of that model.
+    """
+    gone = [element for element in deck.elements if element not in left]
+    removed = Removed(gone, left, piezo.nets)
+    measured = measurements(left, removed, piezo.nets, load)
+    for element in measured:
+        del texts[element.line]
+        text = element.line.text[:60]
+        deck.remarks.append(note("deck_measurement", text=text, line=element.line.where))
+    for card, text, lost in list(shortened_starts(texts, removed)):
+        deck.remarks.append(note("deck_start", text=", ".join(lost), line=card.where))
+        texts[card] = text
+        if not text:
+            del texts[card]
+    cards = [text for line, text in texts.items() if line.word in (".ic", ".temp")]
+    deck.remarks += [note("deck_kept", card=text[:60]) for text in cards]
+    return [element for element in left if element not in measured]
 
 
 def _read(path: Path) -> SimulationDeck:
@@ -193,16 +229,14 @@ def _keep(deck: SimulationDeck, line: Line, inside: bool) -> None:
         card = (
             f".lib {library.name} {named.section}" if named.section else f".include {library.name}"
         )
-        included = list(read_lines(library)) if not named.section else []
-        deck.models |= set(names_of(included))
-        deck.kept.append(
-            Line(line.where, card if library.parent == deck.path.parent else line.text)
-        )
+        folder = deck.path.parent.resolve()
+        name = library.relative_to(folder).as_posix()
+        whole = f'.lib "{name}" {named.section}' if named.section else f'.include "{name}"'
+        deck.models |= set(names_of(included_lines(Line(line.where, whole), deck.path)))
+        deck.kept.append(Line(line.where, card if library.parent == folder else line.text))
         return
     deck.kept.append(line)
     deck.models |= set(names_of([line]))
-    if line.word in (".ic", ".temp"):
-        deck.remarks.append(note("deck_kept", card=line.text[:60]))
     if line.word in PARAMETERS and not inside:
         pairs = re.findall(r"(\w+)\s*=\s*(\{[^}]*\}|'[^']*'|\S+)", line.text)
         deck.parameters |= {name.lower(): text for name, text in pairs}

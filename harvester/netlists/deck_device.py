@@ -150,7 +150,7 @@ def _distinct(elements: Iterable[Element]) -> list[Element]:
 def _sure(elements: Sequence[Element]) -> list[DeckDevice]:
     """Current sources with a capacitor across them, and voltage sources in series with one."""
     devices: list[DeckDevice] = []
-    degree = Counter(net_of(node) for element in elements for node in set(element.nodes))
+    degree = Counter(net_of(node) for element in elements for node in set(element.current_nodes))
     capacitors = [element for element in elements if element.kind == "c"]
     for drive in filter(_drives, elements):
         nets = set(map(net_of, drive.nodes[:2]))
@@ -196,7 +196,7 @@ def _connected(elements: Iterable[Element]) -> dict[str, list[Element]]:
     """The elements at each net."""
     at: dict[str, list[Element]] = {}
     for element in elements:
-        for net in {net_of(node) for node in element.nodes}:
+        for net in {net_of(node) for node in element.current_nodes}:
             at.setdefault(net, []).append(element)
     return at
 

@@ -61,6 +61,11 @@ class Element:
         return self.name[0].lower()
 
     @property
+    def current_nodes(self) -> tuple[str, ...]:
+        """The nodes that its current flows to; the others of E, G and S only control it."""
+        return self.nodes[:2] if self.kind in "egs" else self.nodes
+
+    @property
     def where(self) -> str:
         """Its line, as an error names it."""
         return f"netlist {self.line.where}"

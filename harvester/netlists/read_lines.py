@@ -69,6 +69,11 @@ def own_lines(path: Path) -> list[Line]:
     return _joined_lines(path, [MOST_BYTES], included=False)
 
 
+def included_lines(card: Line, path: Path) -> Iterator[Line]:
+    """Yield the lines of the library that a card of the netlist ``path`` names; raises as `read_lines`."""
+    yield from _with_included([card], path, path.parent.resolve(), (), [MOST_BYTES])
+
+
 def _lines_of(path: Path, root: Path, chain: tuple[Path, ...], left: list[int]) -> Iterator[Line]:
     """Yield the lines of a file that the files ``chain`` include; ``left`` holds the bytes that may still be read."""
     yield from _with_included(_joined_lines(path, left, included=True), path, root, chain, left)

@@ -4,11 +4,17 @@ Drawings are above all that they draw, so that they know its classes, and nothin
 them: they are loaded as the first plot is made.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from harvester.errors import invalid
+
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.text import Text
+
     from harvester.presentation.plot import Plot
 
 FIGURES = "harvester.figures"
@@ -25,16 +31,41 @@ def drawing_of(kind: type) -> Callable[..., "Plot"]:
     return getattr(figures, name)  # type: ignore[no-any-return]
 
 
-def draw(result: object, title: str | None, **options: Any) -> "Plot":
+def draw(result: object, title: str | None, ax: "Axes | None" = None, **options: Any) -> "Figure":
     """The plot of a result, with a title above: the figure's own one if empty, none if None.
 
-    Text that is set in it later may hold formulas between dollar signs, as in any figure of
+    Axes ``ax`` of the user get its first panel, and a title if one is given; their figure is
+    returned.  Text that is set later may hold formulas between dollar signs, as in any figure of
     matplotlib; its own is drawn unchanged.
-    """
-    from matplotlib.text import Text
 
-    plot = drawing_of(type(result))(result, title, **options)
-    for text in plot.findobj(Text):
+    Raises InputError if ``ax`` are not the axes of a plane.
+    """
+    import matplotlib.axes
+    import matplotlib.text
+
+    from harvester.presentation.plot import GIVEN, UsersAxes
+
+    draws = drawing_of(type(result))
+    if ax is None:
+        plot = draws(result, title, **options)
+        _with_formulas(plot.findobj(matplotlib.text.Text))
+        return plot
+    if not isinstance(ax, matplotlib.axes.Axes) or ax.name != "rectilinear":
+        raise invalid("`ax`", "be the Axes of a plane, as matplotlib's `subplots` returns them", ax)
+    given = UsersAxes(ax)
+    token = GIVEN.set(given)
+    try:
+        draws(result, title, **options)
+        given.finish()
+    finally:
+        GIVEN.reset(token)
+    _with_formulas(ax.findobj(matplotlib.text.Text))
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+def _with_formulas(texts: "Iterable[Text]") -> None:
+    for text in texts:
         if "$" not in text.get_text():
             text.set_parse_math(True)
-    return plot

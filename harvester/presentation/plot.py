@@ -7,6 +7,8 @@ import io
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +54,25 @@ _IGNORED = {
     "svg": {"Date": None, "Creator": None},
     "pdf": {"CreationDate": None},
 }
+
+
+@dataclass(frozen=True)
+class UsersAxes:
+    """Axes of the user, in place of a figure's first panel, and the panels below it."""
+
+    axes: Axes
+    below: list[Axes] = field(default_factory=list)
+
+    def finish(self) -> None:
+        """Complete the axes with the label of the x axis that a panel below has."""
+        labels = [panel.get_xlabel() for panel in self.below if panel.get_xlabel()]
+        if labels and not self.axes.get_xlabel():
+            with styled():
+                self.axes.set_xlabel(labels[-1])
+        _widen(self.axes)
+
+
+GIVEN: ContextVar[UsersAxes | None] = ContextVar("GIVEN", default=None)
 
 
 class Plot(Figure):

@@ -68,6 +68,12 @@ class Column:
         """Whether its numbers are values with errors."""
         return self.uncertain or any(isinstance(cell, Value) for cell in self.cells)
 
+    def file_head(self, name: str) -> str:
+        """The head of a plain column in a file: its unit in brackets, unless the name states it."""
+        unit = _unit(self, name)
+        states_it = unit in ("", "1") or term(self.name).kind == "clock"
+        return name if states_it else f"{name} ({unit})"
+
     def plain(self) -> dict[str, list[Any]]:
         """Its cells without `Value`: one column, or one for each of `PARTS`."""
         if not self.has_errors:
@@ -140,23 +146,18 @@ class Table:
             for row in zip(*(column.cells for column in self.columns), strict=True)
         ]
 
-    def csv(self, units: bool = False) -> str:
+    def csv(self, units: bool = True) -> str:
         """The text of a CSV file; with ``units``, these are in brackets in its heads."""
         return "".join(self.csv_lines(units))
 
-    def csv_lines(self, units: bool = False) -> Iterator[str]:
+    def csv_lines(self, units: bool = True) -> Iterator[str]:
         """The lines of a CSV file: nine digits, and an empty cell if there is nothing."""
         of = {name: column for column in self.columns for name in column.plain()}
         cells_of = {
             name: map(repr, cells) if of[name].exact else cells
             for name, cells in self.plain().items()
         }
-        heads = [
-            f"{name} ({of[name].unit})"
-            if units and of[name].unit and name == of[name].name
-            else name
-            for name in cells_of
-        ]
+        heads = [of[name].file_head(name) if units else name for name in cells_of]
         return csv_lines(heads, zip(*cells_of.values(), strict=True))
 
     def npz(self) -> bytes:

@@ -15,7 +15,7 @@ from harvester.errors import escaped
 from harvester.machine import files
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Page:
         )
 
 
-def drawing(figure: "Plot", alt: str, caption: str) -> Drawing:
+def drawing(figure: "Figure", alt: str, caption: str) -> Drawing:
     """A matplotlib figure as SVG for the page."""
     from harvester.presentation.plot import image  # and with it matplotlib, which has drawn it
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.problem import Problem
-from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.bought_parts import Chip
-from harvester.storage.measured_current import HeldPath, Rectifier
+from harvester.storage.held_stores import StoreOnPath
+from harvester.storage.measured_current import Rectifier
 from harvester.storage.node_course import NodeCourse, NodeState
 from harvester.storage.node_run import NodeRun
 from harvester.storage.supply import INPUT, LOW, charging_efficiency
@@ -146,38 +146,34 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0)
     tracker = None if chip is None or chip.ratio is None else _Tracker(chip)
     farads = run.storage.farads if tracker is None else INPUT
     period = eqs.shaking_period or 2.0 * math.pi
-    rng = np.random.default_rng([seed, 14])
+    rng = np.random.default_rng([seed, 14]) if eqs.is_random else None
     n_steps = math.ceil(period / step_from_rest(eqs) / SLICES)
     h = period / (n_steps * SLICES)
-    whole = forcing(eqs, h, n_steps * SLICES)
-    mass = HeldPath(problem, Rectifier(problem).compiled(farads), h)
-    slice_ = n_steps * h / problem.scales.frequency
+    part = n_steps * h
+    circuit = Rectifier(problem).compiled(farads)
+    store = StoreOnPath(problem, circuit, farads, h, part=part, rng=rng)
+    slice_ = part / problem.scales.frequency
     consumer = _Consumer(run)
     own_current = 0.0 if tracker is not None or chip is None else chip.own
-    at = mass.at
     volts = run.storage.initial_voltage or 0.0
-    mass.state[at] = 0.0 if tracker is not None else farads * volts
+    charge = 0.0 if tracker is not None else farads * volts  # C, in the capacitor of the rectifier
     count = math.ceil(seconds / slice_)
     points: Floats = np.empty((2, count))
     for k in range(count):
-        part = (
-            None if whole is None else whole[k % SLICES * n_steps : (k % SLICES + 1) * n_steps + 1]
-        )
-        mass.go_on(
-            rng.standard_normal(n_steps) if eqs.is_random else np.zeros(n_steps), part, n_steps
-        )
+        store.stored[:] = charge
+        store.advance(None, part)
+        charge = float(store.stored[0])
         before = volts
-        state = mass.state
         if tracker is None:
-            volts = state[at] / farads - own_current * slice_ / farads
+            volts = charge / farads - own_current * slice_ / farads
         else:
-            state[at], given = tracker.move(state[at], volts, (k + 1) * slice_, slice_)
+            charge, given = tracker.move(charge, volts, (k + 1) * slice_, slice_)
             full = max(volts, tracker.chip.full)
             volts = max(min(volts + given / run.storage.farads, full), 0.0)
         consumer.course.given += run.storage.farads * (volts - before) * 0.5 * (volts + before)
         volts = consumer.take(volts, k * slice_, slice_)
         if tracker is None:
-            state[at] = farads * volts
+            charge = farads * volts
         points[:, k] = (k + 1) * slice_, volts
     course = consumer.course
     gaps = np.sort(np.diff(consumer.sent))

@@ -15,7 +15,8 @@ from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.compiled import kernel
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.storage.measured_current import Rectifier, store_row
+from harvester.storage.held_stores import StoresOfMany
+from harvester.storage.measured_current import Rectifier
 from harvester.storage.node_run import NodeRun
 
 SLICES = 8  # of a vibration
@@ -116,35 +117,30 @@ def direct_nodes(
     Raises as `CompiledCircuit`.
     """
     rectifier = Rectifier(problem)
-    scales = problem.scales
     eqs = problem.equations
     storage, chip = run.storage, run.chip
     circuit = rectifier.compiled(storage.farads) if compiled else rectifier.fast(storage.farads)
     runs = Trajectories(
         eqs, count, np.random.SeedSequence([seed, 17]), step_from_rest(eqs), circuit=circuit
     )
-    row, unit = store_row(circuit, storage.farads, scales)
-    store = runs.state[:, row]
+    stores = StoresOfMany(runs, circuit, storage.farads, problem.scales)
     chip_current = 0.0 if chip is None else chip.own
     volts = np.full(runs.count, storage.initial_voltage or 0.0)
     records = np.zeros((ROWS, runs.count))
     records[STATE] = -1.0
-    store[:] = storage.farads * volts.reshape(store.shape) / unit
     drawn = np.array([*run.drawn, run.waiting])
     durations = np.array([duration for _, duration in run.states])
     stops = np.array([*(run.stop_of(amperes) for amperes in run.drawn), -math.inf])
     leak = 1.0 / (storage.leakage_resistance or math.inf)
     now = 0.0
     while now < seconds:
-        begin = runs.time
-        runs.run(2.0 * math.pi / SLICES)
-        slice_ = (runs.time - begin) / scales.frequency
+        gained = stores.advance(volts.reshape(runs.blocks, -1), 2.0 * math.pi / SLICES)
+        slice_ = gained.seconds
         before = volts
-        volts = store.ravel() * (unit / storage.farads) - chip_current * slice_ / storage.farads
+        volts = stores.volts - chip_current * slice_ / storage.farads
         records[GIVEN] += storage.farads * (volts - before) * 0.5 * (volts + before)
         levels = np.array([run.node.wake_voltage, run.top, storage.farads, slice_])
         take_slices(volts, records, drawn, leak, durations, stops, levels, now)
-        store[:] = storage.farads * volts.reshape(store.shape) / unit
         now += slice_
     packets, ran, brown_outs, given, clamped, first = records[PACKETS:]
     return DirectNodes(

@@ -14,21 +14,24 @@ from typing import NamedTuple
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.circuit_batch import MASS_ROWS
-from harvester.circuits.circuit_path import CircuitPath
 from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.circuits.idealised import ideal_bridge, ideal_circuit
 from harvester.equations.bounds import growth_near
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.equations.scales import Scales
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
-from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
+from harvester.mechanics.kernels.step_size import step_from_rest
+from harvester.storage.held_stores import (
+    HELD,
+    Elements,
+    Gained,
+    HeldStores,
+    StoreOnPath,
+    StoresOfMany,
+)
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import (
-    STORE,
     cut_behind_rectifier,
     held_rectifier,
     is_plain_store,
@@ -42,14 +45,12 @@ RUNS, OF_ELEMENTS = 512, 64
 JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
 # of the largest current: more at the last voltage goes on beyond it, as that of a doubler
 CUT_OFF = 0.01
-HELD = 1e7  # of a store that is held, over the piezo's capacitance
 # time constants of the mass after which its transients are forgotten; after a step of the ladder
 FADED = 6.0
 STEPPED = 3.0  # so many, under noise
 MEASURED = 4.0  # under noise, at each voltage; under a drive 1
 BEYOND_DRIVE, BEYOND_NOISE = 1.7, 4.0  # over the rms of the open piezo's voltage
 LEAST_LEAK = 1e-12  # nondimensional conductance beside a held store that has none
-Elements = IdealCircuit | CompiledCircuit  # of a rectifier
 SHORTEST, LONGEST = 60.0, 4e3  # nondimensional: the first transients
 
 
@@ -108,103 +109,6 @@ class Rectifier:
         return self.ideal._replace(kappa=kappa, mu=max(self.ideal.mu, LEAST_LEAK))
 
 
-def store_row(circuit: Elements, farads: float, scales: Scales) -> tuple[int, float]:
-    """The place of the charge in a batch of trajectories of a store of so many ``farads``, and in which unit (C)."""
-    if isinstance(circuit, CompiledCircuit):
-        return MASS_ROWS + circuit.charge_at(STORE), 1.0
-    return 3, farads * scales.volts
-
-
-class HeldPath:
-    """One run, of a compiled ``circuit``, whose store is held at the charge of `Rectifier.held`.
-
-    ``peak`` is the largest displacement so far, nondimensional; ``at`` is the place of the store's
-    charge in ``state``.
-    """
-
-    together = 1
-
-    def __init__(self, problem: Problem, circuit: CompiledCircuit, h: float) -> None:
-        self.eqs = problem.equations
-        self.scales = problem.scales
-        self.circuit = circuit
-        self.h = whole_steps(h, self.eqs.shaking_period)
-        self.farads = HELD * self.scales.capacitance
-        self.at = self.circuit.charge_at(STORE)
-        self.state = self.circuit.rest
-        self.steps = 0
-        self.peak = 0.0
-        self._start: Floats = np.array([self.eqs.resting_places[0], 0.0])
-
-    def go_on(self, noise: Floats, shaking: Floats | None, stride: int) -> CircuitPath:
-        """Go on for as many steps as there are variates of ``noise``, as of `CompiledCircuit.trace`."""
-        kicked = self.steps > 0
-        path = self.circuit.trace(
-            self.eqs,
-            noise,
-            h=self.h,
-            stride=stride,
-            start=self._start,
-            state=self.state,
-            shaking=shaking,
-            kicked=kicked,
-        )
-        self._start = path.last[:-1]
-        self.state = path.state
-        self.steps += path.steps
-        self.peak = max(self.peak, float(np.abs(path.samples[:, 0]).max()))
-        return path
-
-    def advance(self, volts: float, duration: float) -> tuple[Floats, Floats, float]:
-        """Go on for whole periods: charge (C) and mean square of the piezo's V (V^2), shape (1,) each, and seconds."""
-        period = self.eqs.shaking_period
-        held = self.farads * volts
-        assert period is not None, "a drive has one"
-        n_steps = round(period / self.h) * max(1, math.ceil(duration / period))
-        shaking = forcing(self.eqs, self.h, n_steps)
-        self.state[self.at] = held
-        assert shaking is not None, "a drive"
-        path = self.go_on(np.zeros(n_steps), shaking, math.gcd(n_steps, 4))
-        square = np.mean(path.voltages[:, :1] ** 2, axis=0)
-        return (
-            np.array([self.state[self.at] - held]),
-            square,
-            n_steps * self.h / self.scales.frequency,
-        )
-
-
-class HeldRuns:
-    """Many ``runs`` under noise with a ``circuit`` whose store has so many ``farads``."""
-
-    def __init__(
-        self, runs: Trajectories, circuit: Elements, farads: float, scales: Scales
-    ) -> None:
-        self.runs = runs
-        self.scales = scales
-        self.farads = farads
-        self.together = runs.together
-        self._circuit = circuit
-        (self._row, self._unit) = store_row(circuit, farads, scales)
-
-    def advance(
-        self, volts: Floats | float | None, duration: float
-    ) -> tuple[Floats, Floats, float]:
-        """Continue: charges (C) of the runs, as `HeldPath.advance`; the store keeps its charge if ``volts`` is None.
-
-        Voltages of its own for each run have the shape (blocks, BATCH).
-        """
-        self.runs.put_behind(self._circuit)
-        store = self.runs.state[:, self._row]
-        begin = self.runs.time
-        if volts is not None:
-            store[:] = volts * self.farads / self._unit
-        before = store.copy()
-        moments = self.runs.run(duration)
-        charges = ((store - before) * self._unit).ravel()
-        seconds = (self.runs.time - begin) / self.scales.frequency
-        return charges, moments.V2 * self.scales.volts**2, seconds
-
-
 def open_voltage(problem: Problem, h: float, seed: int = 0) -> float:
     """A voltage (V) that a rectifier hardly reaches: some times the rms of the open piezo's, from rest."""
     eqs = problem.equations
@@ -217,8 +121,16 @@ def open_voltage(problem: Problem, h: float, seed: int = 0) -> float:
     )
 
 
+class _Rung(NamedTuple):
+    """A voltage of the ladder: the charges (C) of the ``seconds`` in which it settles, and what counts after them."""
+
+    settling: Floats
+    seconds: float
+    counted: Gained
+
+
 def measured_current(
-    held: HeldPath | HeldRuns, eqs: Equations, voltages: Floats, rough: float | None = None
+    held: HeldStores, eqs: Equations, voltages: Floats, rough: float | None = None
 ) -> RectifiedCurrent:
     """The table at a ladder of ascending ``voltages``, the first of which is 0.
 
@@ -226,60 +138,81 @@ def measured_current(
     largest in a time constant, and that of the last one counts.
     """
     unit = time_constant(eqs)
-    rows = []
+    counts = (1.0 if eqs.is_steady else MEASURED) * unit
     largest = 0.0
-    for k, volts in enumerate(voltages):
-        settling = FADED if k == 0 or eqs.is_steady else STEPPED
-        settled, _, first = held.advance(float(volts), (settling if rough is None else 1.0) * unit)
-        charges, squares, seconds = held.advance(
-            float(volts), (1.0 if eqs.is_steady else MEASURED) * unit
-        )
-        largest = max(largest, charges[0] / seconds)
-        before = settled[0] / first
-        held_for = settling * unit / held.scales.frequency
-        while (
-            rough is not None
-            and first < held_for
-            and abs(charges[0] / seconds - before) > rough * largest
-        ):
-            settled = settled + charges
-            first = first + seconds
-            before = charges[0] / seconds
-            charges, squares, seconds = held.advance(float(volts), unit)
-            largest = max(largest, charges[0] / seconds)
-        (charge, error), (square, unsure) = (
-            _over_runs(entries, held.together) for entries in (charges, squares)
-        )
-        density = len(charges) * error**2 / seconds
-        rows.append(
-            [
-                charge / seconds,
-                error / seconds,
-                density,
-                square,
-                settled.mean() - charge / seconds * first,
-                unsure,
-            ]
-        )
-    current, stderr, density, square, excess, square_error = np.array(rows).T
-    lag = np.zeros(len(voltages))
-    if eqs.is_steady:
-        steps = current[:-1] - current[1:]
-        lag[1:] = np.divide(
-            excess[1:], steps, out=np.zeros(len(steps)), where=np.abs(steps) > 0.01 * current.max()
-        )
-        lag[0] = lag[1]
-    sampling = None if eqs.is_steady else stderr
-    ring_up = -float(excess[0])
+    rungs = list[_Rung]()
+    for volts in map(float, voltages):
+        settles = (STEPPED if rungs and not eqs.is_steady else FADED) * unit
+        if rough is None:
+            settling = held.advance(volts, settles)
+            rung = _Rung(settling.charges, settling.seconds, held.advance(volts, counts))
+        else:
+            rung, largest = _soon_settled(held, volts, (unit, settles), rough, largest)
+        rungs.append(rung)
+    return _table(np.asarray(voltages), rungs, eqs.is_steady, held.together)
+
+
+def _soon_settled(
+    held: HeldStores, volts: float, times: tuple[float, float], rough: float, largest: float
+) -> tuple[_Rung, float]:
+    """A voltage held for unit after unit of time until the current changes by less than ``rough`` of the largest.
+
+    ``times`` are the unit and the longest time, nondimensional.  The second answer is the
+    ``largest`` current (A) of all so far.
+    """
+    unit, longest = times
+    before = held.advance(volts, unit)
+    counted = held.advance(volts, unit)
+    settling, seconds = before.charges, before.seconds
+    largest = max(largest, counted.current)
+    while (
+        seconds < longest / held.scales.frequency
+        and abs(counted.current - before.current) > rough * largest
+    ):
+        settling = settling + counted.charges
+        seconds = seconds + counted.seconds
+        before = counted
+        counted = held.advance(volts, unit)
+        largest = max(largest, counted.current)
+    return _Rung(settling, seconds, counted), largest
+
+
+def _table(
+    voltages: Floats, rungs: list[_Rung], is_steady: bool, together: int
+) -> RectifiedCurrent:
+    """I(V) of a ladder, with the sampling error under noise, and with the lag under a drive."""
+    seconds = np.array([rung.counted.seconds for rung in rungs])
+    charge, error = _over_runs([rung.counted.charges for rung in rungs], together)
+    square, square_error = _over_runs([rung.counted.squares for rung in rungs], together)
+    current = charge / seconds
+    settled = np.array([rung.settling.mean() for rung in rungs])
+    excess = settled - current * np.array([rung.seconds for rung in rungs])
+    count = len(rungs[0].counted.charges)
     return RectifiedCurrent(
-        np.asarray(voltages), current, sampling, density, square, lag, ring_up, square_error
+        voltages=voltages,
+        current=current,
+        stderr=None if is_steady else error / seconds,
+        density=count * error**2 / seconds,
+        square=square,
+        lag=_lag(current, excess) if is_steady else np.zeros(len(voltages)),
+        ring_up=-float(excess[0]),
+        square_error=square_error,
     )
 
 
-def _over_runs(values: Floats, together: int) -> tuple[float, float]:
-    """The mean over runs, ``together`` of which are on one record, and its standard error; 0 of one run."""
-    mean, error = mean_and_error(values.reshape(-1, together).mean(axis=1))
-    return mean, error if math.isfinite(error) else 0.0
+def _lag(current: Floats, excess: Floats) -> Floats:
+    """The time (s) by which the current follows a step of the voltage late, from the ``excess`` charge after it (C)."""
+    steps = current[:-1] - current[1:]
+    known = np.abs(steps) > 0.01 * current.max()
+    lag = np.divide(excess[1:], steps, out=np.zeros(len(steps)), where=known)
+    return np.append(lag[0], lag)
+
+
+def _over_runs(rows: list[Floats], together: int) -> tuple[Floats, Floats]:
+    """Means over runs, ``together`` of which are on one record, and their standard errors; 0 of one run."""
+    moments = [mean_and_error(row.reshape(-1, together).mean(axis=1)) for row in rows]
+    means, errors = np.array(moments).T
+    return means, np.where(np.isfinite(errors), errors, 0.0)
 
 
 class Currents(NamedTuple):
@@ -308,39 +241,48 @@ def measured(
     They are closer to each other at the bottom with a ``power`` above 1.  Under a drive it is
     extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of ideal elements where
     there is one, and of the scene's step alone, by so many ``runs``: `RUNS` of ideal elements, and `OF_ELEMENTS` of
-    the netlist's own.
+    the netlist's own.  The ladder goes on to up to twice the open circuit's voltage if that still
+    gets a current.
     """
+    eqs = problem.equations
+    h = step_from_rest(eqs) if h is None else h
+    highest = open_voltage(problem, h, seed) if top is None else top
+    while True:
+        volts = np.linspace(0.0, 1.0, count) ** power * highest
+        currents = (
+            _under_a_drive(problem, volts, h)
+            if eqs.is_steady
+            else _under_noise(problem, volts, h, seed, runs)
+        )
+        last = float(currents.best.current[-1])
+        if top is not None or last < CUT_OFF * float(currents.best.current.max()):
+            return currents
+        top = highest = 2.0 * float(volts[-1])
+
+
+def _under_a_drive(problem: Problem, volts: Floats, h: float) -> Currents:
+    """By one path of the compiled circuit, extrapolated from two steps."""
     rectifier = Rectifier(problem)
     eqs = problem.equations
-    scales = problem.scales
-    h = step_from_rest(eqs) if h is None else h
-    volts = np.linspace(0.0, 1.0, count) ** power * (
-        open_voltage(problem, h, seed) if top is None else top
-    )
-
-    def wider(currents: Currents) -> Currents:
-        """The same, or up to twice the voltage if the open circuit's is one that still gets a current."""
-        last = float(currents.best.current[-1])
-        ends = top is not None or last < CUT_OFF * float(currents.best.current.max())
-        return (
-            currents
-            if ends
-            else measured(
-                problem, 2.0 * float(volts[-1]), h=h, seed=seed, count=count, runs=runs, power=power
-            )
-        )
-
-    if not eqs.is_steady:
-        circuit = rectifier.fast(rectifier.held)
-        if runs is None:
-            runs = RUNS if rectifier.ideal else OF_ELEMENTS
-        many = Trajectories(eqs, runs, np.random.SeedSequence([seed, 11]), h, circuit=circuit)
-        table = measured_current(HeldRuns(many, circuit, rectifier.held, scales), eqs, volts)
-        return wider(Currents(table, table, many.steps))
     paths = [
-        HeldPath(problem, rectifier.compiled(rectifier.held), factor * h) for factor in (1.0, 2.0)
+        StoreOnPath(problem, rectifier.compiled(rectifier.held), rectifier.held, factor * h)
+        for factor in (1.0, 2.0)
     ]
     fine, coarse = (measured_current(path, eqs, volts) for path in paths)
     steps = sum(path.steps for path in paths)
-    peak = max(path.peak for path in paths) * scales.length
-    return wider(Currents(fine.extrapolated(coarse), fine, steps, peak))
+    peak = max(path.peak for path in paths) * problem.scales.length
+    return Currents(fine.extrapolated(coarse), fine, steps, peak)
+
+
+def _under_noise(
+    problem: Problem, volts: Floats, h: float, seed: int, count: int | None
+) -> Currents:
+    """By many runs of the fast circuit."""
+    rectifier = Rectifier(problem)
+    eqs = problem.equations
+    circuit = rectifier.fast(rectifier.held)
+    count = count or (RUNS if rectifier.ideal else OF_ELEMENTS)
+    many = Trajectories(eqs, count, np.random.SeedSequence([seed, 11]), h, circuit=circuit)
+    stores = StoresOfMany(many, circuit, rectifier.held, problem.scales)
+    table = measured_current(stores, eqs, volts)
+    return Currents(table, table, many.steps)

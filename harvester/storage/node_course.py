@@ -55,6 +55,12 @@ class NodeCourse:
     hours: Floats = field(default_factory=lambda: np.empty(0))
     intervals: Floats = field(default_factory=lambda: np.empty((2, 0)))
 
+    def share_running(self, packet: float) -> float:
+        """The share of the time from the beginning of the first packet, which lasts so many seconds; 0 without one."""
+        if self.first is None:
+            return 0.0
+        return min(self.ran / (self.end - self.first + packet), 1.0)
+
     def interval(self, share: float) -> float:
         """The time (s) between packets that a ``share`` of all is not above; inf without one."""
         times, numbers = self.intervals

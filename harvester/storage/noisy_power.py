@@ -25,7 +25,8 @@ from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.held_in_ngspice import error_of_circuit
-from harvester.storage.measured_current import RUNS, HeldRuns, Rectifier, measured, time_constant
+from harvester.storage.held_stores import StoresOfMany
+from harvester.storage.measured_current import RUNS, Rectifier, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached
 from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import JUDGED, TOLERANCE, SlowCircuit, SlowPath, noise_check
@@ -96,7 +97,9 @@ def noisy_power(
     )
     charge = reached(table, float(path.rails.max()), problem.circuit.smoothing or 0.0)
     elements, _, more = noise_check(problem, table, charge, None, seed)
+    together = time.perf_counter()
     gain, direct = _gain(problem, rough, table, paths, share * DIRECT * unit, seed)
+    together = time.perf_counter() - together
     judge, unknown = error_of_circuit(problem, float(path.rails.max()), seed)
     less = judge + elements + abs(gain.value)
     currents = table, table.halved(), table.scaled(1.0 - less), table.shifted()
@@ -126,6 +129,7 @@ def noisy_power(
         separation=max(off, abs(gain.value) + gain.sampling95),
         scales_apart=off <= LARGEST_SEPARATION,
         direct=share * DIRECT * unit,
+        pace=together / (JUDGED * share * DIRECT * unit),
         duration=duration,
         slow_step=unit / FINER,
         steps=steps + more + direct + sum(run.steps for run in (path, *others, *paths)),
@@ -207,9 +211,8 @@ def _gain(
     held = rectifier.fast(rectifier.held)
     many = Trajectories(eqs, MANY if rectifier.ideal else 3 * JUDGED, root, h, circuit=held)
     volts = float(np.mean([path.rails.mean() for path in slow]))
-    charges = HeldRuns(many, held, rectifier.held, scales).advance(
-        volts, seconds * scales.frequency
-    )[0]
+    stores = StoresOfMany(many, held, rectifier.held, scales)
+    charges = stores.advance(volts, seconds * scales.frequency).charges
     mean = Value(*mean_and_error(charges[JUDGED:]))
     off = controlled(direct, charges[:JUDGED], mean).value
     return off.scaled(

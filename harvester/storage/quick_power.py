@@ -5,8 +5,8 @@ import numpy as np
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
+from harvester.storage.held_stores import StoreOnPath
 from harvester.storage.measured_current import (
-    HeldPath,
     Rectifier,
     measured,
     measured_current,
@@ -81,7 +81,8 @@ def _quick_current(problem: Problem) -> RectifiedCurrent:
     if key not in MEASURED:
         volts = np.linspace(0.0, open_voltage(problem, h), VOLTAGES)
         MEASURED.clear()
-        MEASURED[key] = measured_current(HeldPath(problem, circuit, h), eqs, volts, ROUGH)
+        path = StoreOnPath(problem, circuit, rectifier.held, h)
+        MEASURED[key] = measured_current(path, eqs, volts, ROUGH)
     return MEASURED[key]
 
 

@@ -17,25 +17,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.fft import next_fast_len
 
-from harvester.arrays import Floats, aligned
-from harvester.circuits.compiled_circuit import CompiledCircuit
+from harvester.arrays import Floats
 from harvester.equations.problem import Problem
 from harvester.machine.cores import cores
-from harvester.mechanics.kernels.coefficients import coefficients
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
-from harvester.mechanics.kernels.intervals import update_of
-from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Batch, Schedule, advance
+from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.storage.held_in_ngspice import Piece, error_of_circuit
-from harvester.storage.measured_current import (
-    FADED,
-    HELD,
-    Elements,
-    Rectifier,
-    store_row,
-    time_constant,
-)
+from harvester.storage.held_stores import HELD, Elements, StoresOnRecord
+from harvester.storage.measured_current import FADED, Rectifier, time_constant
 from harvester.storage.rectified_current import MeanCurrent, RectifiedCurrent
 
 VOLTAGES = 16
@@ -82,72 +72,6 @@ def grid_of(problem: Problem, h: float | None = None) -> RecordGrid:
     return RecordGrid(record.count // samples, samples, steps, samples * record.spacing / steps)
 
 
-class StoreBatch:
-    """A batch of trajectories with stores at ``volts``, shape (BATCH,), of ``farads``, on parts of a record."""
-
-    def __init__(
-        self, problem: Problem, circuit: Elements, volts: Floats, farads: float, h: float
-    ) -> None:
-        self.eqs = problem.equations
-        self.scales = problem.scales
-        self.h = h
-        self.charge = farads * volts
-        self.circuit = circuit
-        rest = self.eqs.resting_places[0]
-        self._row, self._unit = store_row(circuit, farads, self.scales)
-        if isinstance(circuit, CompiledCircuit):
-            self.state, self.sums = aligned((circuit.rows, BATCH)), aligned((circuit.sums, BATCH))
-            circuit.begin(self.state[None])
-        else:
-            self.state = aligned((5, BATCH))
-            self.sums = aligned((len(IDEAL_SUMS), BATCH))
-            self.state[4] = rest
-        self.state[0] = rest
-        self.hold()
-        self._filter = aligned((2, BATCH))
-        self._words = aligned((2, BATCH), np.uint64)
-
-    def hold(self) -> None:
-        """Set the stores back to their first charges."""
-        self.state[self._row] = self.charge / self._unit
-
-    def begin(self, samples: Floats, positions: Floats) -> None:
-        """Set the accelerations at all steps, and the place of each trajectory in them."""
-        self._filter[:] = samples[positions.astype(int)], positions
-        self._shaker = of_batch(filter_of(self.eqs, self.h), self._filter, self._words, samples)
-
-    def advance(self, steps: int) -> tuple[Floats, Floats]:
-        """Go on: the charges (C) that the stores gained, and the mean squares of the piezo's voltage (V^2)."""
-        x, v, voltage, stored, middle = self.state[:5]
-        before = self.state[self._row] * self._unit
-        self.sums[:] = 0.0
-        batch = Batch(
-            x=x,
-            v=v,
-            V=voltage,
-            s0=self._words[0],
-            s1=self._words[1],
-            sums=self.sums,
-            controls=None,
-            U=stored,
-            m=middle,
-        )
-        schedule = Schedule(steps // 4, 4, 0, False)
-        if isinstance(self.circuit, CompiledCircuit):
-            self.circuit.advance(
-                batch._replace(m=None), self.state, schedule, self.h, self.eqs, self._shaker
-            )
-        else:
-            update = update_of(self.eqs, self.h, False)
-            advance(
-                batch, schedule, self.h, self.circuit, coefficients(self.eqs), self._shaker, update
-            )
-        if isinstance(self.circuit, CompiledCircuit):
-            self.circuit.check_sums(self.sums[len(IDEAL_SUMS) :].sum(axis=1), self.state[None])
-        gained = self.state[self._row] * self._unit - before
-        return gained, self.sums[1] / schedule.samples * self.scales.volts**2
-
-
 def _early(problem: Problem, grid: RecordGrid) -> int:
     """Windows in which the mass forgets its start."""
     return math.ceil(FADED * time_constant(problem.equations) / (grid.steps * grid.h))
@@ -174,12 +98,12 @@ def windows_of(
         samples = record.resampled(begin - early, early + parts * each, grid.samples, grid.steps)
 
         def batch(k: int, begin: int = begin, samples: Floats = samples) -> int:
-            stores = StoreBatch(problem, circuit, held, farads, grid.h)
+            stores = StoresOnRecord(problem, circuit, farads, grid.h)
             part = k * (parts // BATCHES) + np.repeat(np.arange(parts // BATCHES), count)
             stores.begin(samples, (part * each * grid.steps).astype(float))
             for i in range(early + each):
-                stores.hold()
-                both = np.array(stores.advance(grid.steps))
+                gained = stores.advance(held, grid.steps * grid.h)
+                both = np.array([gained.charges, gained.squares])
                 at = begin + part * each + i - early
                 good = (at < grid.windows) & (i >= early)
                 moments[:, at[good], np.tile(np.arange(count), parts // BATCHES)[good]] = both[
@@ -272,16 +196,17 @@ def _gained(
     (volts, farads) = store
     assert record is not None, "the caller checks"
     windows = loud.stop - loud.start
-    stores = StoreBatch(problem, circuit, volts, farads, grid.h)
+    stores = StoresOnRecord(problem, circuit, farads, grid.h)
     stores.begin(
         record.resampled(loud.start - early, early + windows, grid.samples, grid.steps),
         np.zeros(BATCH),
     )
+    window = grid.steps * grid.h
     for _ in range(early):
-        stores.hold()
-        stores.advance(grid.steps)
-    stores.hold()
-    gained = sum((stores.advance(grid.steps)[0] for _ in range(windows)), np.zeros(BATCH))
+        stores.advance(volts, window)
+    gained = stores.advance(volts, window).charges
+    for _ in range(windows - 1):
+        gained = gained + stores.advance(None, window).charges
     return gained, (early + windows) * grid.steps * BATCH
 
 

@@ -26,7 +26,8 @@ from harvester.equations.scales import Scales
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
 from harvester.netlists.load_circuit import LoadCircuit
-from harvester.storage.measured_current import RUNS, Elements, HeldRuns, Rectifier, time_constant
+from harvester.storage.held_stores import Elements, StoresOfMany
+from harvester.storage.measured_current import RUNS, Rectifier, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import Cut
 from harvester.uncertainty.paired_difference import difference95, share95
@@ -215,10 +216,11 @@ def noise_check(
         part, duration = span
         runs = Trajectories(eqs, count, root, h, circuit=circuit)
         runs = runs.coarser() if twice else runs
-        stores = HeldRuns(runs, circuit, free or held, scales)
+        stores = StoresOfMany(runs, circuit, free or held, scales)
         at = np.interp((np.arange(SLICES) + 0.5) / SLICES * part * float(times[-1]), times, volts)
         gained = np.sum(
-            [stores.advance(None if free else float(v), duration / SLICES)[0] for v in at], axis=0
+            [stores.advance(None if free else float(v), duration / SLICES).charges for v in at],
+            axis=0,
         )
         steps += runs.steps
         return np.asarray(gained.reshape(-1, runs.together).mean(axis=1))

@@ -51,6 +51,8 @@ class SlowPower:
     ``changed`` is the relative change of the mean power from one part of the run to the next,
     ``separation`` the difference of the direct run over ``direct`` seconds from the slow one, which
     is added to the mean already, unless ``scales_apart`` is False.  ``load`` is that of `of_load`.
+    ``pace`` is the cost of mass and circuit together, s per simulated second of a trajectory (0: not
+    measured).
     """
 
     power: Value
@@ -64,6 +66,7 @@ class SlowPower:
     steps: int
     current: RectifiedCurrent
     load: dict[str, float]
+    pace: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,8 @@ from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.bought_parts import Chip
-from harvester.storage.measured_current import FADED, RUNS, HeldRuns, Rectifier, time_constant
+from harvester.storage.held_stores import StoresOfMany
+from harvester.storage.measured_current import FADED, RUNS, Rectifier, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.slow_circuit import DIRECT, JUDGED, change_at_95
 from harvester.storage.supply import INPUT, charging_efficiency, input_without_load
@@ -95,7 +96,7 @@ class _Law:
         self.rest = (chip.period - chip.look) * self.w0  # nondimensional time between looks
         self.part = min(FADED * self.unit, self.rest)  # of it, that is run
 
-    def _runs(self, count: int, compiled: bool, twice: bool) -> tuple[HeldRuns, HeldRuns]:
+    def _runs(self, count: int, compiled: bool, twice: bool) -> tuple[StoresOfMany, StoresOfMany]:
         """The same runs with an input that is held, and with one that is left alone; a look has whole steps."""
         step = step_from_rest(self.problem.equations)
         look = self.chip.look * self.w0
@@ -107,8 +108,9 @@ class _Law:
         runs = runs.coarser() if twice else runs
         runs.stride = 1 if twice else 2
         scales = self.problem.scales
-        return HeldRuns(runs, held, self.rectifier.held, scales), HeldRuns(
-            runs, alone, INPUT, scales
+        return (
+            StoresOfMany(runs, held, self.rectifier.held, scales),
+            StoresOfMany(runs, alone, INPUT, scales),
         )
 
     def energies(
@@ -128,7 +130,8 @@ class _Law:
         shape = (held.runs.blocks, -1)
         total = np.zeros(held.runs.count)
         for k in range(looks):
-            gained = alone.advance(volts.reshape(shape), chip.look * w0)[0] if chip.look else 0.0
+            if chip.look:
+                gained = alone.advance(volts.reshape(shape), chip.look * w0).charges
             if follows and chip.look:
                 seen = np.minimum(volts + gained / INPUT, chip.most)
                 volts = (chip.ratio or 1.0) * seen

@@ -38,7 +38,8 @@ from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.uncertainty.value import z_score
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 PATHS = 0.1  # of the time that an engine of share 1 takes: the paths that are drawn
 PATH_DURATION = 100.0  # nondimensional time of the path that is drawn
@@ -182,9 +183,9 @@ class Comparison(TableResult):
         """Why engines did not run."""
         return tuple(note("did_not_run", engine, why=why) for engine, why in self.refused.items())
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The engines, and the paths, as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
 
 def compare(

@@ -33,7 +33,8 @@ from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.smaller_step import at_smaller_steps
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # what is shown by default, in 2 pi/w0, and how many times that goes before it
 PERIODS, LEAD = 40, 4
@@ -115,9 +116,9 @@ class Motion(TableResult):
         """How many impacts it has; None without a stop or a ball."""
         return len(self.impacts) if self.stops or len(self.impacts) else None
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The path as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
     @property
     def table(self) -> Table:
@@ -270,7 +271,7 @@ def _write(
         return
     about = provenance(problem, **options, duration=result.shown, step=result.step)
     folder.packed("motion", result.table.npz())
-    folder.save("motion", result.table.csv(units=True), result.plot(problem.scene.name), about)
+    folder.save("motion", result.table.csv(), result.plot(problem.scene.name), about)
 
 
 def _computed(

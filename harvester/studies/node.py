@@ -8,6 +8,7 @@ The rectifier's current at a held voltage is measured once, of a record in each 
 Long because the result explains its fields to users.
 """
 
+import contextlib
 import dataclasses
 import math
 import time
@@ -45,7 +46,7 @@ from harvester.storage.fluctuating_node import (
 )
 from harvester.storage.measured_current import time_constant
 from harvester.storage.node_course import LASTS, NodeCourse
-from harvester.storage.node_run import AGAIN, NodeRun
+from harvester.storage.node_run import AGAIN, GRID, NodeRun
 from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
 from harvester.storage.supply import chip_of
 from harvester.studies.charging.by_slow import refusal_of_slow
@@ -53,7 +54,8 @@ from harvester.studies.node_current import Effort, Known, measure_current
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
 _OF_STORE = ("capacitance", "leakage_resistance", "esr", "clamp_voltage", "diffusion_capacitance")
@@ -95,6 +97,10 @@ class Parts(NamedTuple):
     node: SensorNode
     chip: Chip | None
     outage: float | None = None
+
+    def run(self, current: AnyCurrent, points: int = GRID) -> NodeRun:
+        """The node with a rectifier's current, at so many ``points`` of the voltage."""
+        return NodeRun(current, self.storage, self.node, self.chip, self.outage, points)
 
 
 class NodeResult(TableResult):
@@ -255,9 +261,9 @@ class NodeResult(TableResult):
         """The packets of the whole day with the most."""
         return round(float(self.days_packets.max())) if len(self.days_packets) > 1 else None
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The store's voltage over time, with the voltages at which the node begins and stops."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
     @property
     def table(self) -> Table:
@@ -418,7 +424,7 @@ def _directly(problem: Problem, known: Known, parts: Parts, seconds: float) -> N
     """The direct run if the store is not slow compared with the vibration; None if it is, and if absent."""
     from harvester.storage.direct_node import can_run, direct_course
 
-    run = NodeRun(known.table, *parts)
+    run = parts.run(known.table)
     if (
         known.separation <= LARGEST_SEPARATION
         or problem.equations.drive is None
@@ -433,7 +439,7 @@ def _fluctuations(
     known: Known, parts: Parts, unit: float, seconds: float, seed: int
 ) -> Fluctuations:
     """How the current fluctuates, in so many courses as give the packets well enough."""
-    run = NodeRun(known.table, *parts, points=POINTS)
+    run = parts.run(known.table, POINTS)
     each = FEWEST
     while True:
         noise = fluctuations(run, unit, seconds, seed, each)
@@ -524,55 +530,32 @@ def _live(
     alike.
     """
     seconds = days * DAY
-    table = known.table
     storage, node = parts.storage, parts.node
-    run = NodeRun(table, *parts)
-    base = _course(table, parts, seconds, noise)
-    both = None if direct is None else (direct, run.course(direct.end))
-    less = known.elements + (known.separation if direct is None else 0.0)
-    lives = _variants(
-        known, parts, base, less, lambda current, other: _course(current, other, seconds, noise)
-    )
-    if noise is not None:
-        lives.insert(1, _course(table, parts, seconds, noise.coarser()))
-    reading = _Reading(base, lives, both, known.unknown)
-
-    def running(course: NodeCourse) -> float:
-        packet = sum(seconds for _, seconds in node.states)
-        return (
-            0.0
-            if course.first is None
-            else min(course.ran / (course.end - course.first + packet), 1.0)
-        )
-
-    every, whole = reading.courses, base.whole
-    first = reading.first(known.late if both is None else 0.0)
-    limits = _limit if storage.battery_voltage is None else _limit_with_battery
-    limit, limit_note = limits(
-        run, whole if storage.battery_voltage is None else base.mean, whole.end
-    )
-    helps = _helps(table, parts, seconds, noise)
-    fewest, most_packets = (
-        _of_hours(base.mean, seconds) if isinstance(table, RecordedCurrent) else (None, None)
-    )
-    most = max(helps, key=lambda key: helps[key], default="")
-    change = (
-        [note("node_change_helps", most, gain=helps[most], packets=base.number(_rate))]
-        if most and helps[most] > LITTLE
-        else []
-    )
-    seen = base.mean if whole.end < seconds else whole
+    run = parts.run(known.table)
+    reading = _read(known, parts, seconds, direct, noise)
+    base = reading.base
+    first = reading.first(known.late if direct is None else 0.0)
     packets = reading.value(_rate, most=HOUR / node.interval)
-    outage, larger = _of_outage(run, reading, base, noise)
-    each = (
-        packets.value / _rate(seen)
-        if noise is not None and seen is base.mean and seen.packets
-        else 1.0
+    packet = sum(duration for _, duration in node.states)
+    limit, limit_note = (_limit if storage.battery_voltage is None else _limit_with_battery)(
+        run, base
+    )
+    helps = _helps(known.table, parts, seconds, noise)
+    outage, larger = _of_outage(run, reading, noise)
+    drawn = base.mean if base.whole.end < seconds else base.whole
+    scaled = noise is not None and drawn is base.mean
+    fewest = most = None
+    if isinstance(known.table, RecordedCurrent):
+        fewest, most = _of_hours(base.mean, seconds)
+    lost = base.number(lambda course: course.lost / course.end * HOUR)
+    answer = _answer(
+        run, packets, limit, first=first, days=days, outage=outage, courses=reading.courses
     )
     return NodeResult(
+        answer=answer,
         days=days,
         packets_per_hour=packets,
-        share_running=reading.value(running, most=1.0),
+        share_running=reading.value(lambda course: course.share_running(packet), most=1.0),
         first_packet=first,
         brown_outs=max(base.number(lambda course: course.brown_outs / course.end * HOUR), 0.0),
         harvested=reading.value(
@@ -583,27 +566,55 @@ def _live(
         clamped=_power_of(reading, "clamped", storage.clamp_voltage),
         leaked=_power_of(reading, "leaked", storage.leakage_resistance),
         limit=limit,
+        helps=helps,
         bound=bound,
         thresholds=(run.node.wake_voltage, run.node.stop_voltage),
-        t=seen.t,
-        voltage=seen.volts,
+        t=drawn.t,
+        voltage=drawn.volts,
         seconds=0.0,
         steps=known.steps,
-        helps=helps,
-        days_packets=each
-        * seen.hours[: math.floor(days + ROUNDING) * 24].reshape(-1, 24).sum(axis=1).round(6),
+        days_packets=_of_days(drawn, days, packets if scaled else None),
         fewest=fewest,
-        most=most_packets,
-        packets_lost=base.number(lambda course: course.lost / course.end * HOUR)
-        if node.lost_share
-        else None,
-        **_intervals(every, reading.between),
+        most=most,
+        packets_lost=lost if node.lost_share else None,
+        **_intervals(reading),
         **outage,
-        answer=_answer(
-            run, packets, limit, first=first, days=days, outage=outage, courses=reading.courses
-        ),
-        diagnostics=(limit_note, *change, *larger),
+        diagnostics=(limit_note, *_change_that_helps(helps, base), *larger),
     )
+
+
+def _read(
+    known: Known,
+    parts: Parts,
+    seconds: float,
+    direct: NodeCourse | None,
+    noise: Fluctuations | None,
+) -> _Reading:
+    """The courses of a node with the current, with all variants of it, and without mean currents."""
+    base = _course(known.table, parts, seconds, noise)
+    less = known.elements + (known.separation if direct is None else 0.0)
+    lives = _variants(
+        known, parts, base, less, lambda current, other: _course(current, other, seconds, noise)
+    )
+    if noise is not None:
+        lives.insert(1, _course(known.table, parts, seconds, noise.coarser()))
+    both = None if direct is None else (direct, parts.run(known.table).course(direct.end))
+    return _Reading(base, lives, both, known.unknown)
+
+
+def _of_days(course: NodeCourse, days: float, packets: Value | None) -> Floats:
+    """The packets of each whole day; of a mean current's course with the rate of ``packets``, if they are given."""
+    each = packets.value / _rate(course) if packets is not None and course.packets else 1.0
+    hours = course.hours[: math.floor(days + ROUNDING) * 24]
+    return np.asarray(each * hours.reshape(-1, 24).sum(axis=1).round(6))
+
+
+def _change_that_helps(helps: dict[str, float], base: Lived) -> list[Diagnostic]:
+    """A note on the change that gives most more packets, if any gives some."""
+    most = max(helps, key=lambda key: helps[key], default="")
+    if not most or helps[most] <= LITTLE:
+        return []
+    return [note("node_change_helps", most, gain=helps[most], packets=base.number(_rate))]
 
 
 def _power_of(reading: _Reading, energy: str, key: float | None) -> Value | None:
@@ -622,11 +633,12 @@ def _read_outage(stop: float | str) -> float:
 
 
 def _of_outage(
-    run: NodeRun, reading: _Reading, base: Lived, noise: Fluctuations | None
+    run: NodeRun, reading: _Reading, noise: Fluctuations | None
 ) -> tuple[dict[str, Any], list[Diagnostic]]:
     """The fields of a result on the outage, and notes; empty if none is asked for."""
     if run.outage is None:
         return {}, []
+    base = reading.base
     survived = reading.value(lambda course: course.survived, most=1.0)
     fields: dict[str, Any] = {
         "outage": run.outage,
@@ -688,10 +700,10 @@ def _rate(course: NodeCourse) -> float:
 
 def _course(current: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations | None) -> Lived:
     """The activity of a node with a current; also if that fluctuates."""
-    run = NodeRun(current, *parts)
+    run = parts.run(current)
     if noise is None:
         return Lived(run.course(seconds))
-    return lived(run, NodeRun(current, *parts, points=POINTS), seconds, noise)
+    return lived(run, parts.run(current, POINTS), seconds, noise)
 
 
 def _variants(
@@ -716,14 +728,14 @@ def _variants(
     return lives
 
 
-def _intervals(courses: list[NodeCourse], value: Callable[[float], Value]) -> dict[str, Any]:
+def _intervals(reading: _Reading) -> dict[str, Any]:
     """The times between packets; empty if any of the courses has none."""
-    if any(len(course.intervals[0]) < 1 for course in courses):
+    if any(len(course.intervals[0]) < 1 for course in reading.courses):
         return {}
     return {
-        "interval_median": value(0.5),
-        "interval_95": value(0.95),
-        "interval_longest": value(1.0),
+        "interval_median": reading.between(0.5),
+        "interval_95": reading.between(0.95),
+        "interval_longest": reading.between(1.0),
     }
 
 
@@ -758,28 +770,26 @@ def _helps(
     def gain(current: AnyCurrent, others: Parts) -> float:
         return packets_of(current, others) / packets - 1.0
 
-    for k, (name, keys) in enumerate(
-        (("storage", STORE_KEYS), ("node", NODE_KEYS), ("chip", CHIP_KEYS))
-    ):
+    for name, keys in (("storage", STORE_KEYS), ("node", NODE_KEYS), ("chip", CHIP_KEYS)):
+        part: Any = getattr(parts, name)
         for key, said in keys.items():
-            if not (now := getattr(parts[k], key, None)):
+            if not (now := getattr(part, key, None)):
                 continue
             gains = [0.0]
             for factor in (1.0 - CHANGE, 1.0 + CHANGE):
-                try:
-                    other: Any = dataclasses.replace(parts[k], **{key: now * factor})  # type: ignore[type-var]
+                # An efficiency above 1 is refused, and a chip's thresholds in another order.
+                with contextlib.suppress(InputError):
+                    other = dataclasses.replace(part, **{key: now * factor})
                     gains.append(gain(table, parts._replace(**{name: other})))
-                except (
-                    InputError
-                ):  # such as an efficiency above 1, or a chip's thresholds in another order
-                    continue
             gain_of[f"{name}.{said}"] = max(gains)
     gain_of["current"] = max(gain(table.scaled(1.0 + CHANGE), parts), 0.0)
     return gain_of
 
 
-def _limit(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagnostic]:
+def _limit(run: NodeRun, base: Lived) -> tuple[str, Diagnostic]:
     """The limit of the node: a name, and the note that states it."""
+    course = base.whole
+    seconds = course.end
     charging = run.charging.mean(axis=0)
     k = (
         int(np.argmax(charging <= run.waiting))
@@ -813,8 +823,10 @@ def _spares(node: SensorNode, course: NodeCourse) -> bool:
     return node.low_interval is not None and course.packets * node.interval < SPARED * course.ran
 
 
-def _limit_with_battery(run: NodeRun, course: NodeCourse, seconds: float) -> tuple[str, Diagnostic]:
+def _limit_with_battery(run: NodeRun, base: Lived) -> tuple[str, Diagnostic]:
     """The same with a battery: whether it is charged as fast as it is emptied, and else how long it lasts."""
+    course = base.mean
+    seconds = base.whole.end
     numbers = {"given": (course.given - course.leaked) / seconds, "needed": run.needed}
     if course.brown_outs and course.volts[-1] > 0.5 * run.top:
         return "store", note("battery_resistance", stop=run.node.stop_voltage)

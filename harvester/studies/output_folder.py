@@ -14,7 +14,7 @@ from harvester.machine.provenance import origin
 from harvester.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.figure import Figure
 
 
 def provenance(scene: Scene | Problem, **extra: Any) -> dict[str, Any]:
@@ -74,7 +74,7 @@ class OutputFolder:
         """Write ``name``.npz from its bytes."""
         files.write(self.path / f"{name}.npz", content)
 
-    def figure(self, name: str, figure: "Plot") -> None:
+    def figure(self, name: str, figure: "Figure") -> None:
         """Write a figure as ``name``.png, and in the vector forms asked for."""
         from harvester.presentation import (
             plot,  # and with it matplotlib, which has drawn the figure
@@ -83,7 +83,7 @@ class OutputFolder:
         plot.save(figure, self.path, name, self.vector)
 
     def save(
-        self, name: str, text: str, figure: "Plot", about: dict[str, Any] | None = None
+        self, name: str, text: str, figure: "Figure", about: dict[str, Any] | None = None
     ) -> None:
         """Write a study's files: ``name``.csv, the figure, and its provenance if there is one."""
         self.table(name, text)

@@ -32,7 +32,8 @@ from harvester.studies.output_folder import OutputFolder
 from harvester.studies.stability import region
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Figures 1 and 2 (text): alpha, beta, mu, c1, c2, D11, D22; c3 = 0.1 in Figure 1, r = 0.96 in
 # Figure 2.
@@ -145,9 +146,9 @@ class PaperFigure(TableResult):
             largest = max(largest, off / size if size else 0.0)
         return largest
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The figure, with its own title (empty), another, or none (None) above."""
-        return drawing.draw(self, self.title if title == "" else title)
+        return drawing.draw(self, self.title if title == "" and ax is None else title, ax)
 
 
 @names_arguments

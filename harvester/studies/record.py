@@ -18,7 +18,8 @@ from harvester.records.records import Record
 from harvester.uncertainty.value import Value, amount
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SEGMENTS = 16  # of Welch's mean, about
 G = 9.80665
@@ -51,9 +52,9 @@ class RecordAnswer:
     bands: tuple[Band, ...]
     possible: float | None = None
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The record, its density, spectrogram and bands as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
     def text(self) -> str:
         """The clean record as the CSV file that a scene reads; raises InputError if that would be too large."""

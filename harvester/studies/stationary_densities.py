@@ -36,7 +36,8 @@ from harvester.studies.motion_in_time import (
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 POINTS = 401  # of a curve
 SOLVED, DRAWN = 0.45, 0.9  # of the time, until the means are known, and the curves
@@ -169,9 +170,9 @@ class Densities(TableResult):
             )
         return Table(tuple(columns))
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The densities as a matplotlib figure, with the histogram of a path behind them."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
 
 @names_arguments

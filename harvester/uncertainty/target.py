@@ -10,6 +10,8 @@ from harvester.uncertainty.value import Value
 FACTORS = (1.0, 4.0, 2.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
 CHANGE = 1.5  # times cheaper that another step must be, because all begins anew there
 SAFETY = 1.05  # more than the measured spread asks for, so that the next look is the last
+HOPELESS = 2.0  # times the budget: a prediction beyond it is no matter of its own error
+LEAST_ROOM = 0.3  # of a target, for sampling: what a smaller step leaves if the bias leaves none
 GROWTH = 8.0  # times the present effort that one round may add: an early spread is not yet trusted
 
 
@@ -17,13 +19,17 @@ GROWTH = 8.0  # times the present effort that one round may add: an early spread
 class Target:
     """The relative total error to reach (sampling at 95 % plus bias), and the seconds allowed (None: any).
 
-    ``model`` is a part of the mean, a model error, which no effort makes smaller.
+    ``model`` is a part of the mean, a model error, which no effort makes smaller.  ``sampling_seconds``
+    are those of sampling so far (None: all since ``begin``).  A target that ``gives_up`` is missed
+    as soon as the prediction is far beyond its budget, which leaves the rest for another engine.
     """
 
     within: float
     budget: float | None = None
     begin: float = field(default_factory=time.perf_counter)
     model: float = 0.0
+    sampling_seconds: float | None = None
+    gives_up: bool = False
 
     @property
     def room(self) -> float:
@@ -52,8 +58,7 @@ class Target:
         """
         size = abs(value.value)
         spent = time.perf_counter() - self.begin
-        excess = (value.sampling95 / (self.room * size)) ** 2 - 1.0 if size > 0.0 else 0.0
-        more = spent * max(excess, 0.0)
+        more = self.more_seconds(value)
         error = value.known_error95 / size + self.model if size > 0.0 else None
         return {
             "within": self.within,
@@ -62,6 +67,28 @@ class Target:
             "more": more,
             "enough": spent + more,
         }
+
+    def more_seconds(self, value: Value) -> float:
+        """The seconds of sampling that are missing: its variance falls as one over its time.
+
+        The step's bias and the model's error leave the rest of the target, and `LEAST_ROOM` of it at
+        least; 0 for a mean of zero.
+        """
+        size = abs(value.value)
+        if size == 0.0:
+            return 0.0
+        left = self.room * size - (value.bias or 0.0) - (value.model or 0.0)
+        room = max(left, LEAST_ROOM * self.room * size)
+        spent = time.perf_counter() - self.begin
+        so_far = spent if self.sampling_seconds is None else self.sampling_seconds
+        return so_far * max((value.sampling95 / room) ** 2 - 1.0, 0.0)
+
+    def is_hopeless(self, value: Value) -> bool:
+        """Whether the target gives up: the predicted time is more than `HOPELESS` times the budget."""
+        if not self.gives_up or self.budget is None:
+            return False
+        spent = time.perf_counter() - self.begin
+        return spent + self.more_seconds(value) > HOPELESS * self.budget
 
     def variance(self, value: Value) -> float:
         """The variance of sampling that meets the target together with the bias; 0 if the bias alone is too large."""

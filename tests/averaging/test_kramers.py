@@ -1,8 +1,11 @@
 """Kramers' rate: its limits in closed form, and where it is not known."""
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from harvester.averaging.kramers import hopping_rates, taken_up
 from harvester.equations.coefficients import Equations
@@ -25,6 +28,29 @@ def test_weak_damping():
     expected = 0.5 * 1e-6 * S / 0.02 * W / (2.0 * math.pi) * math.exp(-U / 0.02)
     assert left == pytest.approx(expected, rel=0.01)
     assert right == pytest.approx(left, rel=1e-9)
+
+
+def test_weak_damping_out_of_uneven_wells():
+    """U = -x^2/2 + a x^3/3 + x^4/4: d1 d2/(d1 + d2) w/(2 pi) exp(-U/T), d = g S/T, by SciPy's quadrature of S."""
+    a = 0.4
+    g = 1e-6
+    theta = 0.02
+    energy = np.polynomial.Polynomial([0.0, 0.0, -0.5, a / 3.0, 0.25])
+
+    def speed(x):
+        return math.sqrt(max(-2.0 * energy(x), 0.0))
+
+    losses = []
+    attempts = []
+    for side in (-1.0, 1.0):
+        rest = 0.5 * (-a + side * math.sqrt(a * a + 4.0))
+        end = side * max(side * root.real for root in energy.roots())
+        losses.append(g / theta * 2.0 * abs(quad(speed, 0.0, end)[0]))
+        w = math.sqrt(energy.deriv(2)(rest))
+        attempts.append(w / (2.0 * math.pi) * math.exp(energy(rest) / theta))
+    both = losses[0] * losses[1] / sum(losses)
+    found = hopping_rates(replace(of_damping(g, theta), alpha2=a))
+    assert found == pytest.approx([both * attempt for attempt in attempts], rel=0.01)
 
 
 def test_strong_damping():

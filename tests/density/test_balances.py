@@ -7,7 +7,7 @@ from harvester.density.box import settled
 from harvester.density.functionals import NAMES
 from harvester.density.mesh import RESOLUTIONS, mesh
 from harvester.density.refine import refined, solution
-from harvester.density.weak_form import ModeFrame
+from harvester.density.weak_form import ModeFrame, WeakForm
 from harvester.equations.coefficients import Equations
 from tests.support.systems import PAPER, changed
 
@@ -111,3 +111,16 @@ def test_open_circuit_is_a_spring():
     place = NAMES.index("displacement_squared")
     assert open_circuit.means[place] == pytest.approx(spring.means[place], rel=3e-6)
     assert np.isclose(open_circuit.means[0], open_circuit.means[place], rtol=1e-12)
+
+
+@pytest.mark.parametrize("lost", [(True, False), (False, True), (True, True)])
+def test_what_is_lost_at_an_end_is_the_rate_of_the_mass(lost):
+    """The sum of the equations over all test functions, whose sum is 1, is the outflow at the ends that lose."""
+    eqs = SCENES["two wells"]
+    setting = settled(eqs, 24.0)
+    form = WeakForm(eqs, mesh(eqs, setting.box, RESOLUTIONS[0]), setting.frame, 4, lost)
+    p = np.random.default_rng(1).standard_normal(form.shape)
+    rate = -form.apply(p)[0].sum()
+    expected = float((form.loss() * p[0]).sum())
+    assert abs(expected) > 1e-3
+    assert rate == pytest.approx(expected, rel=1e-9)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import harvester as hv
-from harvester.equations.bounds import barriers, check_bounded, strongest_feed
+from harvester.equations.bounds import barriers, check_bounded, flow, strongest_feed
 from harvester.equations.coefficients import Equations
 from harvester.errors import InputError, SimulationError, UnboundedResponseError
 from harvester.mechanics.ensemble.burn_in import burn_in
@@ -124,3 +124,29 @@ def test_barriers_are_the_tops_between_resting_places():
     wells = Equations(linear=-1.0, alpha=1.0)
     assert barriers(wells) == pytest.approx([0.0])
     assert len(barriers(changed(wells, restitution=0.9))) == 0
+
+
+@pytest.mark.parametrize("mu", [0.7, None])
+def test_flow_is_the_jacobian_at_a_well_with_growing_mass_and_coupling(mu):
+    """(1 + i x^2) x'' + i x x'^2 + friction x' - x + 3 x^3 + beta (1 + g x^2) V = 0, V' = (1 + g x^2) x' - mu V."""
+    eqs = Equations(
+        c1=-0.1, c2=0.2, linear=-1.0, alpha=3.0, beta=0.4, mu=mu, inertia=0.6, gamma=0.9, n1=0.01
+    )
+    well = eqs.resting_places[-1]
+    assert well == pytest.approx(3**-0.5)
+
+    def rate(z):
+        x, v, volts = z
+        grown = 1.0 + 0.9 * x * x
+        # the constant beta V of the rest is part of the well: V is 0 there
+        friction = np.polynomial.Polynomial(eqs.friction)(x * x) * v
+        force = x - 3.0 * x**3 - friction - 0.6 * x * v**2 - 0.4 * grown * volts
+        return np.array([v, force / (1.0 + 0.6 * x * x), grown * v - (mu or 0.0) * volts])
+
+    rest = np.array([well, 0.0, 0.0])
+    jacobian = np.array([(rate(rest + e) - rate(rest - e)) / 2e-6 for e in 1e-6 * np.eye(3)]).T
+    expected = np.linalg.eigvals(jacobian)
+    if mu is None:  # V is (1 + g x^2) times the displacement from the well: one eigenvalue is 0
+        expected = expected[np.abs(expected) > 1e-6]
+    found = np.linalg.eigvals(flow(eqs, well))
+    assert np.sort_complex(found) == pytest.approx(np.sort_complex(expected), abs=1e-8)

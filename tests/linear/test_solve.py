@@ -7,6 +7,7 @@ import pytest
 
 import harvester as hv
 from harvester.equations.coefficients import Equations
+from harvester.equations.modes import Modes
 from harvester.errors import UnboundedResponseError
 from harvester.linear.shaking import lines, response_to_shaking
 from harvester.linear.solve import solve
@@ -253,3 +254,20 @@ def test_small_motions_in_one_of_two_wells():
     x, voltage = np.abs(amplitudes(eqs, 1.3)) * eqs.drive / math.sqrt(2.0)
     assert np.sqrt(moments.V2) == pytest.approx(voltage, rel=1e-3)
     assert np.sqrt(moments.x2 - moments.x**2) == pytest.approx(x, rel=1e-3)
+
+
+def test_amplitudes_of_modes_that_the_circuit_does_not_couple():
+    """x = 1/(1 - w^2 + i c w) of the oscillator alone, and V = s/(s + mu) (s_2 y_2) of the second mode alone."""
+    modes = Modes(
+        stiffness=(0.0, 6.25),
+        damping=(0.0, 0.1),
+        coupling=(0.0, 0.7),
+        base=(1.0, 0.4),
+        contact=(1.0, 0.0),
+    )
+    eqs = Equations(c1=-0.05, mu=0.8, n1=0.01, modes=modes)
+    w = np.linspace(0.2, 3.0, 7)
+    x, volts = amplitudes(eqs, w)
+    second = 0.4 / (6.25 - w * w + 0.1j * w)
+    assert x == pytest.approx(1.0 / (1.0 - w * w + 0.05j * w), rel=1e-12)
+    assert volts == pytest.approx(1j * w / (1j * w + 0.8) * 0.7 * second, rel=1e-12)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harvester.uncertainty.controls import controlled_mean
+from harvester.uncertainty.controls import controlled_mean, scaled_least_squares
 from harvester.uncertainty.value import mean_and_error
 
 
@@ -48,3 +48,10 @@ def test_controls_without_spread_or_use_change_nothing():
     other = np.random.default_rng(9).standard_normal((400, 2))
     assert controlled_mean(values, other)[1] <= mean_and_error(values)[1]
     assert controlled_mean(np.ones(400), x) == (1.0, 0.0)
+
+
+def test_scaled_least_squares_leaves_a_constant_column_and_the_units_of_the_others():
+    """y = 3 + 2 x_0 - 0.5 x_2, exactly; x_1 is constant, and x_2 a million times smaller."""
+    x = np.random.default_rng(4).standard_normal((50, 3)) * [1.0, 0.0, 1e-6] + [0.0, 7.0, 5.0]
+    values = 3.0 + 2.0 * x[:, 0] - 0.5 * x[:, 2]
+    assert scaled_least_squares(values, x) == pytest.approx([2.0, 0.0, -0.5], rel=1e-6)

@@ -126,3 +126,10 @@ def test_no_number_of_a_size_that_people_say_has_an_exponent(value, unit, told):
 )
 def test_an_error_in_percent(error, value, told):
     assert percent(error, value) == told
+
+
+def test_normal_standard_error_has_the_same_interval():
+    """Student's quantile for 5 degrees of freedom is 2.5706: 0.1 of it is as wide as 0.1312 with 1.96."""
+    value = Value(1.0, 0.1, dof=5.0)
+    assert value.normal_stderr == pytest.approx(0.1 * 2.570582 / 1.96, rel=1e-6)
+    assert Value(1.0, 0.1).normal_stderr == pytest.approx(0.1)

@@ -217,6 +217,12 @@ class Runs(RunMeans):
         """Seconds that a unit of the long ensemble's time costs."""
         return 0.0 if self.setup.pair is None else self.setup.pair.seconds_a_unit
 
+    @property
+    def sampling_seconds(self) -> float:
+        """The seconds of all runs, and of the cheap model's long ensemble."""
+        duration = 0.0 if self.setup.pair is None else self.setup.pair.duration
+        return self.ngspice_seconds + self.rate * duration
+
     def power_so_far(self) -> Value:
         """E[P], nondimensional."""
         return self.power().value

@@ -77,6 +77,17 @@ class SpiceSetup:
             diagnostics=[*self.diagnostics, diagnostic],
         )
 
+    def with_tolerance(self, reltol: float, spent: float) -> "SpiceSetup":
+        """The same, with another relative tolerance of ngspice, after ``spent`` further seconds."""
+        said = note("tolerance_chosen", reltol=reltol)
+        kept = [before for before in self.diagnostics if before.code != said.code]
+        return replace(
+            self,
+            device=replace(self.device, reltol=reltol),
+            diagnostics=[*kept, said],
+            seconds=self.seconds + spent,
+        )
+
     @property
     def short(self) -> bool:
         """Whether runs take a compiled circuit on from its states: near a stop its path and ngspice's soon part."""

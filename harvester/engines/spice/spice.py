@@ -1,5 +1,6 @@
 """Engine `spice`: Monte Carlo with the electrical side in ngspice."""
 
+import contextlib
 import dataclasses
 import math
 import time
@@ -40,6 +41,10 @@ if TYPE_CHECKING:
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
 # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
 RUNNING = 0.5
+# times the seconds so far, that runs with a `TENTH` of the tolerance need; the smallest tolerance
+TIGHTER = 2.0
+TENTH = 0.1
+TIGHTEST = 1.1e-6
 
 
 class Spice(MonteCarloOptions, Engine):
@@ -257,8 +262,21 @@ class Spice(MonteCarloOptions, Engine):
                 if k == len(SHUNTS):
                     raise
             else:
+                spent = time.monotonic() - begin
+                if self._may_tighten(reached, setup, target.seconds_left - TIGHTER * spent):
+                    tighter = setup.with_tolerance(TENTH * setup.device.reltol, spent)
+                    with contextlib.suppress(CircuitError):
+                        return self._all_runs(problem, tighter, code, exists, progress)
                 return runs, [reached, chosen]
         raise AssertionError("the last try returns or raises")
+
+    def _may_tighten(
+        self, reached: Diagnostic | None, setup: SpiceSetup, seconds_left: float
+    ) -> bool:
+        """Whether a tenth of ngspice's default tolerance is called for, and time is left."""
+        called_for = reached is not None and reached.code == "needs_smaller_tolerance"
+        is_default = self.reltol == type(self).reltol
+        return called_for and is_default and seconds_left > 0.0 and setup.device.reltol > TIGHTEST
 
     def _first_runs(
         self, problem: Problem, setup: SpiceSetup, code: int, progress: Progress | None
@@ -283,7 +301,9 @@ class Spice(MonteCarloOptions, Engine):
         target = (
             None
             if within is None
-            else Target(within, budget, time.perf_counter() - setup.seconds - start)
+            else Target(
+                within, budget, time.perf_counter() - setup.seconds - start, gives_up=self.GIVES_UP
+            )
         )
         deadline = math.inf
         if budget is not None:

@@ -54,17 +54,28 @@ def _effort(
 
 
 def _cheapest(
-    engine: str, why: str, error: float | None, within: float, formula: str, refused: str
+    engine: str,
+    why: str,
+    error: float | None,
+    within: float,
+    formula: str,
+    refused: str,
+    **needed: float,
 ) -> str:
     stated = "" if error is None else in_percent(error)
+    closest = "its error is the smallest" if stated else "no error is known whole"
     reason = {
-        "netlist": "the load is a netlist, and the model error of 'ideal' is known only after its run",
-        "closest": f"none reaches {in_percent(within)}, and its error is the smallest",
+        "closest": f"none reaches {in_percent(within)}, and {closest}",
         "refused": f"'averaged' gives no answer: {refused}",
         "reached": f"its stated error, {stated}, is within {in_percent(within)}",
         "beyond": f"{formula!r} states an error of {stated}, more than {in_percent(within)}",
     }[why]
-    return f"engine {engine!r} was chosen as the cheapest: {reason}"
+    others = " and ".join(
+        f"{name.removeprefix('needed_')!r} about {clock(max(seconds, 1.0))}"
+        for name, seconds in needed.items()
+    )
+    predicted = f" ({others} would be needed)" if others else ""
+    return f"engine {engine!r} was chosen as the cheapest: {reason}{predicted}"
 
 
 def _averaging_doubtful(error: float, why: str) -> str:

@@ -134,6 +134,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     # towards a target
     "needs_smaller_tolerance": "`within` {within!p} needs a smaller tolerance of ngspice, whose error is {error!p}: "
     "in Python, Spice(reltol={reltol:.0e})",
+    "tolerance_chosen": "ngspice's relative tolerance is {reltol:.0e}: the error of its default is "
+    "too large",
     "needs_smaller_dt": "`within` {within!p} needs a smaller `dt`: the time-step bias alone is too large",
     "steady_within": _steady_within,
     # responses to a steady drive

@@ -11,7 +11,8 @@ from harvester.presentation.table import Column, Table
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 FEW = 20  # runs, of which 5 % are less than one
 
@@ -149,9 +150,9 @@ class ChargingResult(TableResult):
             return None
         return self.time.scaled(self.energy / self.time.value**2)
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """Draw the curve with its band, the share of runs that have arrived, and the power, as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
     @property
     def table(self) -> Table:

@@ -180,10 +180,8 @@ def charge(
         about = provenance(
             problem, to=to, runs=charging.runs, chosen_engine=charging.engine, **arguments
         )
-        folder.table("levels", charging.ladder.csv(units=True))
-        folder.save(
-            "charge", charging.table.csv(units=True), charging.plot(problem.scene.name), about
-        )
+        folder.table("levels", charging.ladder.csv())
+        folder.save("charge", charging.table.csv(), charging.plot(problem.scene.name), about)
     return charging
 
 

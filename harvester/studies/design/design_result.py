@@ -13,7 +13,8 @@ from harvester.studies.tolerance.distribution import ShareInterval
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 class DesignCandidate(Result):
@@ -155,6 +156,6 @@ class DesignResult(TableResult):
         """The candidates."""
         return table_of(self.candidates, "", self.unit_names)
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """Draw the power of each circuit next to the requirement, as a matplotlib figure."""
-        return drawing.draw(self, self.scene.title if title == "" else title)
+        return drawing.draw(self, self.scene.title if title == "" and ax is None else title, ax)

@@ -17,7 +17,8 @@ from harvester.studies.frequency_response.point import ResponsePoint
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Columns over the base's amplitude of so many g: their values and units.
 PER_G: dict[str, tuple[Callable[[ResponsePoint, float], float], str]] = {
@@ -153,9 +154,11 @@ class FrequencyResponse(TableResult):
                 frequencies.append(up.frequency)
         return frequencies
 
-    def plot(self, title: str | None = "", per_g: bool = False) -> "Plot":
+    def plot(
+        self, title: str | None = "", per_g: bool = False, ax: "Axes | None" = None
+    ) -> "Figure":
         """Draw power, voltage, displacement and phases against the frequency; ``per_g``: over the base's amplitude."""
-        return drawing.draw(self, title, per_g=per_g)
+        return drawing.draw(self, title, ax, per_g=per_g)
 
     @property
     def sweeps(self) -> dict[str, DirectionPeak]:

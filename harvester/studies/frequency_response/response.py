@@ -302,5 +302,5 @@ def draw(
             journal=journal,
         )
         drawn = result.plot(problem.scene.name, per_g)
-        folder.save("response", result.table.csv(units=True), drawn, about)
+        folder.save("response", result.table.csv(), drawn, about)
     return result

@@ -11,7 +11,8 @@ from harvester.scene.keys import unit_of
 from harvester.studies.frequency_response.curve import FrequencyResponse
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # remarks that many responses count instead
 ONE_EACH = frozenset({"hysteresis", "peak_at_an_end", "peak_between"})
@@ -75,9 +76,11 @@ class FrequencyResponses(TableResult):
             rest.append(note("hysteresis_in_several", several=with_it, of=len(self.curves)))
         return tuple(rest)
 
-    def plot(self, title: str | None = "", per_g: bool = False) -> "Plot":
+    def plot(
+        self, title: str | None = "", per_g: bool = False, ax: "Axes | None" = None
+    ) -> "Figure":
         """Draw the curves; for many values of one key a map of the power over frequency and value."""
-        return drawing.draw(self, title, per_g=per_g)
+        return drawing.draw(self, title, ax, per_g=per_g)
 
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints: that of the one response, or ``responses``, one of each."""

@@ -139,14 +139,7 @@ class CircuitChoice(Optimum, kw_only=True):
     @property
     def table(self) -> Table:
         """A row a circuit, in the order that they were given."""
-        rows = [*self.optima.items()]
-        powers = [_optimum(answer) for answer in self.optima.values()]
-        bias = Column(
-            "mean_power_bias",
-            [None if optimum is None else optimum.mean_power.bias for optimum in powers],
-        )
-        table = self._rows(rows)
-        return dataclasses.replace(table, columns=(*table.columns[:-2], bias, *table.columns[-2:]))
+        return self._rows([*self.optima.items()])
 
     def _rows(self, rows: Sequence[tuple[str, Optimum | HarvesterError]]) -> Table:
         optima = [_optimum(answer) for _, answer in rows]

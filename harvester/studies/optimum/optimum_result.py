@@ -15,7 +15,8 @@ from harvester.studies.optimum.ranges import Range
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _ENDS = {-1: "low", 1: "high"}
 # Why no place of the ranges is better than another, and why the best has no interval.
@@ -232,13 +233,6 @@ class Optimum(TableResult, kw_only=True):
             for name in ("engine", "stage", "seed")
         ]
         columns.append(Column("mean_power", powers, units.power))
-        columns.append(
-            Column(
-                "mean_power_bias",
-                [None if p is None else p.systematic for p in powers],
-                units.power,
-            )
-        )
         answers = [point.answer for point in points]
         columns.append(
             Column(
@@ -255,9 +249,9 @@ class Optimum(TableResult, kw_only=True):
         """The object that ``--json`` prints: its fields, with the keys by their names."""
         return super().as_json() | {"keys": {key.key: key.as_json() for key in self.keys}}
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The evaluations and the optimum as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
 
 def end(face: float) -> str | None:

@@ -13,7 +13,8 @@ from harvester.studies.tolerance.device_limits import QUANTITIES
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -141,9 +142,9 @@ class ParetoFront(TableResult):
         )
         return Table(tuple(columns), "none has more power and a better other quantity")
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The power against the other quantity as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
 
 def remarks(

@@ -20,7 +20,8 @@ from harvester.studies.stability.region import LOADS, Edge, check_rest, edges
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 EXACT = 1e-9  # relative: an estimated error below is that of the arithmetic
 
@@ -91,13 +92,13 @@ class Stability(TableResult):
         )
         return Table(columns, "The edge of stability")
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The region of stability in the plane (mu, D22); raises InputError if that was not computed."""
         if not self.region:
             raise InputError(
                 "`plot` must have a region of stability, which only `stability` with `out` computes"
             )
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
 
 @names_arguments

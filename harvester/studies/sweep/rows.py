@@ -161,9 +161,9 @@ def powers_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits)
 def lines(keys: Sequence[str], rows: Iterable[SweepRow], units: AnswerUnits) -> Iterator[str]:
     """The lines of sweep.csv, made as they are written: a long sweep has more rows than memory needs to hold."""
     left = iter(rows)
-    yield from columns_of(keys, [], units).csv_lines()
+    yield from columns_of(keys, [], units).csv_lines(units=False)
     while few := list(itertools.islice(left, AT_ONCE)):
-        yield from itertools.islice(columns_of(keys, few, units).csv_lines(), 1, None)
+        yield from itertools.islice(columns_of(keys, few, units).csv_lines(units=False), 1, None)
 
 
 def read_cells(cells: Mapping[str, str]) -> SweepRow | None:

@@ -19,8 +19,8 @@ from harvester.studies.sweep.rows import QUANTITIES, SweepRow, columns_of, power
 
 if TYPE_CHECKING:
     import xarray
-
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 class SweepTable(TableResult):
@@ -130,7 +130,7 @@ class SweepTable(TableResult):
 
     def text(self) -> str:
         """The CSV file."""
-        return self.table.csv()
+        return self.table.csv(units=False)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The table as a dataset with labels and units, over engine and varied keys."""
@@ -138,12 +138,12 @@ class SweepTable(TableResult):
 
         return dataset(self)
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """Mean power against the key of the most values, ``title`` (empty: the scene's; None: none) above."""
         scene = self.about.get("scene", {})
-        if title == "" and scene:
+        if title == "" and ax is None and scene:
             title = scene.get("title") or Scene(**scene).name
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
 
 def _of_check(

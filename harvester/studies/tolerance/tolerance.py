@@ -149,9 +149,7 @@ def tolerance(
         about = provenance(
             problem, seed=seed, engine=answer.engine, **texts, correlate=correlations
         )
-        folder.save(
-            "tolerance", answer.table.csv(units=True), answer.plot(problem.scene.name), about
-        )
+        folder.save("tolerance", answer.table.csv(), answer.plot(problem.scene.name), about)
     return answer
 
 

@@ -23,7 +23,8 @@ from harvester.studies.tolerance.study import ToleranceRequest, ToleranceRuns
 from harvester.studies.tolerance.variance_shares import VarianceShares, indices
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 UNEXPLAINED = 0.05  # of the variance: a surface that misses more brings a warning
 CHECKS = (
@@ -295,7 +296,10 @@ class ToleranceResult(TableResult):
     def table(self) -> Table:
         """All samples: the keys' values, mean power and RMS voltage."""
         units = self.unit_names
-        columns = [Column(spread.key, self.samples[:, k]) for k, spread in enumerate(self.spreads)]
+        columns = [
+            Column(spread.key, self.samples[:, k], unit_of(spread.key))
+            for k, spread in enumerate(self.spreads)
+        ]
         columns += [
             Column("mean_power", self.power, units.power),
             Column("voltage_rms", self.voltage, units.voltage),
@@ -323,9 +327,9 @@ class ToleranceResult(TableResult):
         }
         return data | {"tornado": bars}
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """The distribution of the power, the tornado and the shares of the variance as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
 
 def _interval(

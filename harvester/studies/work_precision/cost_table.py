@@ -12,7 +12,8 @@ from harvester.presentation.table import Column, Table
 from harvester.uncertainty.value import Value, two_digits
 
 if TYPE_CHECKING:
-    from harvester.presentation.plot import Plot
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 TARGETS = (0.1, 0.03, 0.01, 0.003)
 
@@ -83,9 +84,18 @@ class Cost(TableResult):
     @property
     def table(self) -> Table:
         """All rows, as cost.csv has them."""
-        names = [f.name for f in dataclasses.fields(CostRow)]
+        units = self.unit_names
+        unit_of = dict.fromkeys(("step", "duration"), units.time)
+        unit_of["mean_power"] = units.power
         return Table(
-            tuple(Column(name, [getattr(row, name) for row in self.rows]) for name in names)
+            tuple(
+                Column(
+                    field.name,
+                    [getattr(row, field.name) for row in self.rows],
+                    unit_of.get(field.name, ""),
+                )
+                for field in dataclasses.fields(CostRow)
+            )
         )
 
     @property
@@ -157,9 +167,9 @@ class Cost(TableResult):
         ]
         return (min(longer), False) if longer else None
 
-    def plot(self, title: str | None = "") -> "Plot":
+    def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
         """Total error against seconds as a matplotlib figure."""
-        return drawing.draw(self, title)
+        return drawing.draw(self, title, ax)
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:

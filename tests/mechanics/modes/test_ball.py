@@ -50,6 +50,16 @@ def test_a_ball_is_carried_where_it_and_its_box_are_shaken_alike():
 
 
 @pytest.mark.thorough("test_energy_and_momentum")
+def test_at_rest_the_oscillator_is_displaced_and_the_ball_amid_its_box():
+    """With X and Z for the oscillator and the ball the contact's coordinate X - Z is 0."""
+    modes = Modes((0.0, 0.0), (0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (1.0, -2.0), pull=0.0)
+    y = modes.at_rest(np.array([0.3, -0.7]))
+    assert y[0] == pytest.approx([0.3, -0.7])
+    assert np.dot(modes.contact, y) == pytest.approx([0.0, 0.0], abs=1e-15)
+    alone = replace(modes, pull=None).at_rest(0.3)
+    assert alone == pytest.approx([0.3, 0.0])
+
+
 def test_bounces_on_a_heavy_mass():
     """A light ball in an upright box falls, bounces ever lower at times in closed form, and comes to rest."""
     ball = hv.Ball(mass=1e-9, room="1 mm", restitution=0.6, tilt=90.0)

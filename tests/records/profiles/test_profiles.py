@@ -1,12 +1,14 @@
 """Profiles: densities against the rms that their standards state, shocks against a quadrature, what is refused."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 import harvester as hv
+from harvester.equations.repeated_shaking import events
 from harvester.records.profiles.lines_and_shocks import SHOCKS, WALKING, machine, shock, walking
 from harvester.records.profiles.standard_curves import CURVES, G, density
 from tests.support.paths import EXAMPLES
@@ -89,6 +91,18 @@ def test_a_machine_of_one_line_is_a_harmonic_motion():
     assert hv.run(there, "exact").mean_power.value == pytest.approx(
         hv.run(harmonic, "exact").mean_power.value, rel=1e-9
     )
+
+
+def test_a_single_shock_depends_on_the_one_before_by_twice_the_amplitude_that_is_left():
+    """With negligible coupling the motion decays by exp(-zeta w0 T) until the next shock, after the time T."""
+    shocked = plate(**SHOCK)
+    shocked = replace(shocked, piezo=replace(shocked.piezo, coupling=1e-9))
+    modal = shocked.modal
+    found = events(shocked)
+    decay = 0.5 * modal.damping / modal.mass
+    assert found.single
+    assert 1.0 / found.rate == pytest.approx(0.011 + math.log(1e4) / decay, rel=1e-9)
+    assert found.memory == pytest.approx(2.0 * math.exp(-decay / found.rate), rel=1e-6)
 
 
 def test_energy_of_a_single_shock():

@@ -47,7 +47,7 @@ def test_each_circuit_has_its_own_best(harvester, tmp_path):
     assert (
         (tmp_path / "circuits.csv")
         .read_text()
-        .startswith("load.netlist,load.parameters.R,mean_power,")
+        .startswith("load.netlist,load.parameters.R (ohm),mean_power (W),")
     )
     assert (tmp_path / "bridge" / "optimise.csv").exists() and (
         tmp_path / "doubler" / "optimise.png"

@@ -326,8 +326,8 @@ def test_command(harvester, tmp_path):
     with (tmp_path / "out" / "tolerance.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 512 and [*rows[0]] == [
-        "piezo.capacitance",
-        "load.resistance",
+        "piezo.capacitance (F)",
+        "load.resistance (ohm)",
         "mean_power (W)",
         "voltage_rms (V)",
     ]

@@ -1,0 +1,171 @@
+"""The piezo's own model in a deck: a subcircuit with its own source, and lines that name its nets and elements.
+
+A board has neither these nets nor these elements.  Elements that read one of them, and nothing of
+the board, are a measurement: they are left out with the elements that they feed.  An element that
+acts on the board is refused.
+"""
+
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
+
+from harvester.errors import InputError
+from harvester.netlists.deck_device import DeckDevice, find_piezo, is_vibration, nets_of
+from harvester.netlists.element_lines import Element, read_element
+from harvester.netlists.flat import net_of
+from harvester.netlists.read_lines import Line
+
+_START = re.compile(r"([vi])\(\s*([^\s(),]+)\s*\)\s*=\s*(\{[^}]*\}|'[^']*'|[^\s,]+)", re.I)
+
+
+def bodies_of(lines: Iterable[Line]) -> dict[str, list[Line]]:
+    """The lines of each subcircuit, from its head to its end, by its name in lower case."""
+    bodies: dict[str, list[Line]] = {}
+    inside: list[Line] = []
+    for line in lines:
+        if line.word == ".subckt" or inside:
+            inside.append(line)
+        if line.word == ".ends" and inside:
+            bodies[inside[0].text.lower().split()[1]] = inside
+            inside = []
+    return bodies
+
+
+def piezos(
+    elements: Sequence[Element], bodies: Mapping[str, Sequence[Line]], models: Set[str]
+) -> Iterator[DeckDevice]:
+    """The calls of subcircuits of two pins that vibrate by themselves, as piezos at their nets.
+
+    The capacitor between the pins is the piezo's.
+    """
+    spelt = {net.lower(): net for net in nets_of(elements)}
+    for call in elements:
+        body = bodies.get(call.model.lower(), ()) if call.kind == "x" else ()
+        pins = _pins(body[0]) if body else ()
+        inner = _elements(body, models) if len(pins) == len(call.nodes) == 2 else []
+        if not any(map(is_vibration, inner)):
+            continue
+        try:
+            device = find_piezo(inner, (pins[0], pins[1]), call.model)
+        except InputError:  # a pin without an element
+            continue
+        across = (each for each in inner if each.kind == "c" and _between(each, pins))
+        first, second = (spelt.get(node, node) for node in call.nodes)
+        yield DeckDevice((first, second), (call,), device.capacitors or (*across,))
+
+
+def _pins(head: Line) -> tuple[str, ...]:
+    """The pins of the head of a subcircuit, in lower case."""
+    words = head.text.lower().split()[2:]
+    return tuple(word for word in words if "=" not in word and word != "params:")
+
+
+def _elements(body: Sequence[Line], models: Set[str]) -> list[Element]:
+    return [read_element(line, models) for line in body[1:-1] if not line.word.startswith(".")]
+
+
+def without_body(device: DeckDevice, elements: Sequence[Element]) -> str:
+    """The name of the subcircuit of a piezo that nothing else calls; "" if there is none."""
+    [call] = device.drives
+    others = [each for each in elements if each is not call and each.model == call.model]
+    return "" if others else call.model.lower()
+
+
+def _between(element: Element, pins: Sequence[str]) -> bool:
+    return {net_of(node) for node in element.nodes[:2]} == {net_of(pin) for pin in pins}
+
+
+class Removed:
+    """The nets and the elements that a board no longer has, in lower case."""
+
+    def __init__(
+        self, gone: Iterable[Element], left: Iterable[Element], nets: Iterable[str]
+    ) -> None:
+        self.elements = set[str]()
+        self.nets = set[str]()
+        self.add(gone)
+        self.nets -= {*map(net_of, nets)}.union(*map(_connected, left))
+
+    def add(self, elements: Iterable[Element]) -> None:
+        """Count also elements that are left out, and their nets."""
+        for element in elements:
+            self.elements.add(element.name.lower())
+            self.nets |= _connected(element) - {"0"}
+
+    def read_by(self, element: Element) -> str:
+        """A net or an element that an element reads, the first one in their order; "" for none."""
+        trees = [tree for tree in (element.value, *element.waveform) if tree is not None]
+        leaves = [leaf for tree in trees for leaf in tree.leaves]
+        nets = [("v", net) for net in element.nodes[len(element.current_nodes) :]]
+        names = [("i", name) for name in element.others]
+        read = [(leaf.operation, name) for leaf in leaves for name in leaf.names]
+        return min((name for kind, name in nets + names + read if self.has(kind, name)), default="")
+
+    def has(self, kind: str, name: str) -> bool:
+        """Whether a voltage v of a net, or a current i of an element, is of these."""
+        return {"v": net_of(name) in self.nets, "i": name.lower() in self.elements}.get(kind, False)
+
+
+def measurements(
+    left: Sequence[Element], removed: Removed, nets: Collection[str], load: Element
+) -> list[Element]:
+    """The elements that measure the piezo's own model; they are added to ``removed``.
+
+    Raises InputError if an element reads a part of that model and acts on the board, that is, on
+    the electrodes ``nets`` or on the load.
+    """
+    board = {*map(net_of, nets), *_connected(load)} - {"0"}
+    measuring: list[Element] = []
+    kept = list(left)
+    while readers := [element for element in kept if removed.read_by(element)]:
+        reader = readers[0]
+        fed = _fed(reader, kept)
+        if any(board & _connected(element) for element in fed):
+            raise InputError(
+                f"deck {reader.line.where} must not read {removed.read_by(reader)}, a part of the "
+                "piezo's own model, which the scene's device replaces, but is "
+                f"{reader.line.text[:60]}: write it with the nets of the board"
+            )
+        measuring += fed
+        removed.add(fed)
+        kept = [element for element in kept if element not in fed]
+    return measuring
+
+
+def _fed(reader: Element, elements: Iterable[Element]) -> list[Element]:
+    """An element, and those to which its current flows by other nets than ground.
+
+    The current of a coupling is that of its inductors.
+    """
+    rest = [element for element in elements if element is not reader]
+    coupled = {name.lower() for name in reader.others} if reader.kind == "k" else set[str]()
+    group = [reader, *(element for element in rest if element.name.lower() in coupled)]
+    while True:
+        nets = set[str]().union(*map(_connected, group)) - {"0"}
+        more = [e for e in rest if e not in group and nets & _connected(e)]
+        if not more:
+            return group
+        group += more
+
+
+def _connected(element: Element) -> Set[str]:
+    """The nets to which current of an element flows."""
+    return set(map(net_of, element.current_nodes))
+
+
+def shortened_starts(
+    lines: Iterable[Line], removed: Removed
+) -> Iterator[tuple[Line, str, list[str]]]:
+    """Each .ic card with starting values of removed nets: the card, its text without them, and these.
+
+    The text is empty if no other value is left.
+    """
+    for line in lines:
+        if line.word != ".ic":
+            continue
+        lost: list[str] = []
+        rest: list[str] = []
+        for match in _START.finditer(line.text):
+            is_removed = removed.has(match[1].lower(), match[2])
+            (lost if is_removed else rest).append(match[0])
+        if lost:
+            yield line, " ".join([line.word, *rest]) if rest else "", lost

@@ -1,0 +1,93 @@
+"""Lines of a deck that name the piezo's own model, which no board has; and sections of libraries."""
+
+from pathlib import Path
+
+import pytest
+
+from harvester.errors import InputError
+from harvester.netlists.adoption import adopt
+
+DIODE = ".model DP D(Is=2u N=1.06 Rs=4 Cjo=40p Bv=30)\n"
+BRIDGE = "D1 A P DP\nD2 B P DP\nD3 0 A DP\nD4 0 B DP\n"
+LOAD = "Cs P 0 40n\nRL P 0 250k\n"
+PIEZO = "t\nVp 1 B SIN(0 8 61)\nCp 1 A 33n\n"
+SPRING = "t\nVp 1 B SIN(0 8 61)\nL1 1 2 1\nR1 2 A 1k\nC1 A B 33n\n"
+
+
+def adopted(folder, more, piezo=PIEZO):
+    path = folder / "deck.cir"
+    path.write_text(f"{piezo}{BRIDGE}{LOAD}{DIODE}{more}\n.tran 1m 1\n.end\n")
+    return adopt(path)
+
+
+@pytest.mark.parametrize(
+    ("more", "count"),
+    [
+        ("Bw w 0 V=v(1,B)*i(Vp)", 1),
+        ("Bw w 0 V=v(1,B)\nRw w 0 1k", 2),
+        ("Ew w 0 1 B 1\nRw w 0 1k", 2),
+        ("Fw w 0 Vp 1\nRw w 0 1k\nBy y 0 V=v(w)^2", 3),
+        ("Bw w 0 V=v(P)", 0),
+    ],
+)
+def test_measurements_of_the_piezo_s_own_model_are_left_out(tmp_path, more, count):
+    """These were refused, or kept at a net that nothing is connected to."""
+    adoption = adopted(tmp_path, more)
+    assert set(adoption.terminals) == {"A", "B"}
+    told = [remark.code for remark in adoption.diagnostics]
+    assert told.count("deck_measurement") == count
+    assert all((line in adoption.text) == (count == 0) for line in more.split("\n"))
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        "Bl P 0 I=1u*v(1,B)",
+        "S1 P m 1 B sw\nRm m 0 1k\n.model sw sw(vt=0.5 ron=1 roff=1meg)",
+        "Bw w 0 V=v(1,B)\nGl P 0 w 0 1u",
+    ],
+)
+def test_what_acts_on_the_board_by_the_piezo_s_own_model_is_refused(tmp_path, more):
+    with pytest.raises(InputError, match=r"must not read .*: write it with the nets of the board"):
+        adopted(tmp_path, more)
+
+
+def test_a_coil_beside_the_spring_of_the_piezo_s_own_model_is_left_out(tmp_path):
+    more = "L2 w 0 1\nRw w 0 1k\nK1 L1 L2 0.1\n.ic I(L1)=0 v(2)=0"
+    text = adopted(tmp_path, more, SPRING).text
+    assert all(line not in text for line in ("L2", "Rw", "K1", ".ic"))
+
+
+def test_starting_values_of_the_piezo_s_own_model_are_left_out(tmp_path):
+    adoption = adopted(tmp_path, ".ic v(1)=0 V(P)=1")
+    told = {remark.code: remark for remark in adoption.diagnostics}
+    assert told["deck_start"].numbers["text"] == "v(1)=0"
+    assert told["deck_kept"].numbers["card"] == ".ic V(P)=1"
+    assert ".ic V(P)=1" in adoption.text
+
+
+@pytest.mark.parametrize("more", ["", "\n.lib C:\\other\\standard.dio"])
+def test_a_section_of_a_library_has_its_models(tmp_path, more):
+    """Its BAT54 was taken for the package's, with a warning."""
+    (tmp_path / "own.lib").write_text(
+        f"* sections\n.lib typical\n{DIODE.replace('DP', 'BAT54')}.endl\n.lib other\n.param x=1\n.endl\n"
+    )
+    path = tmp_path / "deck.cir"
+    bridge = BRIDGE.replace("DP", "BAT54")
+    for section in ("typical", "other"):
+        path.write_text(f"{PIEZO}{bridge}{LOAD}.lib own.lib {section}{more}\n.end\n")
+        told = {remark.code for remark in adopt(path).diagnostics}
+        assert ("deck_own_model" in told) == (section == "other")
+    path.write_text(f"{PIEZO}{bridge}{LOAD}.lib own.lib typicl{more}\n.end\n")
+    with pytest.raises(
+        InputError,
+        match=r"section of own\.lib in netlist deck\.cir line 10 .*did you mean 'typical'",
+    ):
+        adopt(path)
+
+
+def test_a_library_is_found_if_the_deck_has_a_relative_path(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.lib").write_text(DIODE)
+    (tmp_path / "deck.cir").write_text(f"{PIEZO}{BRIDGE}{LOAD}.lib C:\\x\\own.lib\n.end\n")
+    assert ".include own.lib" in adopt(Path("deck.cir")).text
