@@ -220,7 +220,7 @@ GLOSSARY = _terms(
     exchange_per_cycle=(
         "noise energy per cycle, of the mean energy",
         "parameter",
-        "The energy input of the noise in a cycle, over the mean energy; the formula assumes it small.",
+        "Noise energy per cycle, over the mean energy; the formula assumes it small.",
     ),
     impact_loss_per_cycle=(
         "impact loss per cycle, of the mean energy",
@@ -341,7 +341,7 @@ GLOSSARY = _terms(
     total_error=("total", "share", "All errors together, unknown parts at their upper bound."),
     Stability=("top Lyapunov exponent", "", "The growth near rest."),
     verdict=("rest", "", "Whether rest is stable, by Monte Carlo."),
-    published=("published", "rate", "By the formula of the Entropy 2026 paper, misprints corrected."),
+    published=("published", "rate", "By the formula of Entropy 2026, misprints corrected."),
     averaged_exponent=("averaged", "rate", "By our averaging."),
     ensemble=("ensemble", "rate", "By Monte Carlo."),
     noiseless=("without noise, exact", "rate", "The exact value without noise."),

@@ -1,6 +1,6 @@
 """Stores that a rectifier charges from a held voltage while the mass moves on: `HeldStores.advance`.
 
-A class for each kind of mechanics says how that moves on: one path under a drive or white noise,
+A class for each kind of mechanics advances it: one path under a drive or white noise,
 many trajectories under noise, or a batch of them on parts of a record.
 """
 
@@ -30,7 +30,7 @@ Elements = IdealCircuit | CompiledCircuit  # of a rectifier
 
 
 class Gained(NamedTuple):
-    """What stores gain: ``charges`` (C), the piezo's mean ``squares`` (V^2), shape (n,), and the ``seconds`` of it."""
+    """Gains: ``charges`` (C), the piezo's mean ``squares`` (V^2), shape (n,), and their ``seconds``."""
 
     charges: Floats
     squares: Floats
@@ -63,7 +63,7 @@ class HeldStores:
 
     @property
     def stored(self) -> Floats:
-        """The charges in the ``unit``, where the states have them: who changes one changes the state."""
+        """Charges in the ``unit``, views of the states: a change of one changes the state."""
         raise NotImplementedError
 
     @property
@@ -75,7 +75,7 @@ class HeldStores:
         """Move on for a nondimensional ``duration``, from ``volts`` on; None: from those that the stores have.
 
         Voltages of its own for each store have the shape of ``stored``.  How the duration is
-        rounded is for `_move_on` to say.
+        rounded is decided by `_move_on`.
         """
         if volts is not None:
             self.stored[...] = volts * self.farads / self.unit

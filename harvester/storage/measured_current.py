@@ -122,7 +122,7 @@ def open_voltage(problem: Problem, h: float, seed: int = 0) -> float:
 
 
 class _Rung(NamedTuple):
-    """A voltage of the ladder: the charges (C) of the ``seconds`` in which it settles, and what counts after them."""
+    """A voltage of the ladder: the charges (C) of the ``seconds`` in which it settles, and the counted ones."""
 
     settling: Floats
     seconds: float
@@ -241,7 +241,7 @@ def measured(
     They are closer to each other at the bottom with a ``power`` above 1.  Under a drive it is
     extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of ideal elements where
     there is one, and of the scene's step alone, by so many ``runs``: `RUNS` of ideal elements, and `OF_ELEMENTS` of
-    the netlist's own.  The ladder goes on to up to twice the open circuit's voltage if that still
+    the netlist's own.  The ladder extends to up to twice the open circuit's voltage if that still
     gets a current.
     """
     eqs = problem.equations

@@ -108,7 +108,7 @@ def noisy_power(
     shorter = settled_part(float(paths[0].t[-1]))
 
     def known(name: str, stderr: float = 0.0) -> tuple[Value, float]:
-        """The mean of an integral of the path with its errors, and by how much fluctuations change it."""
+        """Mean of an integral of the path with its errors, and the change by fluctuations."""
         mean, base, *changed = (mean_rate(run, name, whole) for run in (path, *others))
         by_voltages, by_less, by_sampling = (other - base for other in changed)
         short, *changes = (mean_rate(run, name, shorter) for run in (others[0], *paths))
@@ -167,7 +167,7 @@ def _gain(
     seconds: float,
     seed: int,
 ) -> tuple[Value, int]:
-    """By what part more load and store gain from mass and circuit together than from the slow circuit, and the steps.
+    """Relative excess of the charge by mass and circuit over the slow circuit, and the steps.
 
     Both continue for so many ``seconds`` from the ends of the ``paths``, with the mass at rest at
     first.

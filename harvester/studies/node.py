@@ -603,7 +603,7 @@ def _read(
 
 
 def _of_days(course: NodeCourse, days: float, packets: Value | None) -> Floats:
-    """The packets of each whole day; of a mean current's course with the rate of ``packets``, if they are given."""
+    """The packets of each whole day; a mean current's course has the rate of ``packets``, if given."""
     each = packets.value / _rate(course) if packets is not None and course.packets else 1.0
     hours = course.hours[: math.floor(days + ROUNDING) * 24]
     return np.asarray(each * hours.reshape(-1, 24).sum(axis=1).round(6))
