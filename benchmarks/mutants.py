@@ -611,6 +611,8 @@ def run_tests(folder, timeout, chosen):
     ]
     if status == 1 and failed:
         return "killed", failed[0]
+    if status < 0:  # an index out of its array ends the interpreter
+        return "killed", f"signal {-status}"
     none_left = 5  # pytest's status where no test has these markers
     return (
         ("survived", "")
