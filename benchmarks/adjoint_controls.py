@@ -128,7 +128,7 @@ def drifted(x, v, voltage, time, mu, low, high, r_low, r_high):
 
 @numba.njit(fastmath=True)
 def paths(count, steps, h, c, stops, q, slopes, frame, way):
-    """For each path: the mean of V^2, and the two sums of its control; half of the steps are burn-in."""
+    """Each path's mean of V^2, and the two sums of its control; half of the steps are burn-in."""
     np.random.seed(7)
     c1, c2, c3, alpha, beta, mu, n1, n2 = c
     low, high, r_low, r_high = stops

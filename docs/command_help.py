@@ -11,7 +11,7 @@ WIDTH = 80  # columns that fit a page
 
 
 class CommandHelp(SphinxDirective):
-    """One section a command, with the text of its --help; that of the program if no part of its help is named."""
+    """One section per command with its --help; that of the program if no part is named."""
 
     optional_arguments = 1
     final_argument_whitespace = True

@@ -1,4 +1,4 @@
-"""Draws docs/explore.png and docs/_static/explore_dark.png by Chromium: the app with a bridge."""
+"""Draws docs/explore.png and docs/_static/explore_dark.png: the app with a bridge, in Chromium."""
 
 import sys
 from pathlib import Path

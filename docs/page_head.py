@@ -1,4 +1,4 @@
-"""The head of each page: a description for search engines; and in its foot the address of the repository."""
+"""The description of each page for search engines, and the link to the repository in its foot."""
 
 import html
 import os
@@ -27,7 +27,7 @@ def web_address(remote: str) -> str:
 
 
 def repository() -> str:
-    """HARVESTER_REPOSITORY, or the page of the remote `origin` of this clone; empty if it has none."""
+    """HARVESTER_REPOSITORY, or the page of the remote `origin`; empty if there is none."""
     done = subprocess.run(
         ["git", "remote", "get-url", "origin"],
         cwd=Path(__file__).parent,

@@ -31,7 +31,7 @@ LOOKS.update({name: engine.LOOK for name, engine in ENGINES.items()})
 
 
 class EngineOptions(TypedDict, total=False):
-    """The options of engines (`harvester.engines.options.MonteCarloOptions`, `Spice`); each engine has its own."""
+    """The options of engines (`MonteCarloOptions`, `Spice`); each engine has its own."""
 
     within: float | str | None
     budget: float | str | None
@@ -98,14 +98,20 @@ def run(
         Random seed. Default: 0.
     trajectories : int
         Number of trajectories. Sampling engines only.
-    duration, dt : float or str
-        Averaging time of each trajectory, and time step (s; 1/w0 for a nondimensional scene).
+    duration : float or str
+        Averaging time of each trajectory (s; 1/w0 for a nondimensional scene).
+    dt : float or str
+        Time step, in the unit of the duration.
     probe : list of str
         Circuit quantities to report, such as ["store", "i(d1)"]. `Spice` and `Compiled` only.
     ledger : bool
         Also report the power of each circuit element. `Spice` and `Compiled` only.
-    reltol, alone, gaussian
-        ngspice's tolerance, plain averages, and Gaussian noise. `Spice` only.
+    reltol : float
+        Relative tolerance of ngspice. `Spice` only.
+    alone : bool
+        Plain averages of ngspice runs from rest, without variance reduction. `Spice` only.
+    gaussian : bool
+        Gaussian noise in place of the three-point noise of `Ensemble`, with `alone`. `Spice` only.
 
     Returns
     -------

@@ -60,7 +60,7 @@ class Piece(NamedTuple):
 def error_of_circuit(
     problem: Problem, volts: float, seed: int = 0, piece: Piece | None = None
 ) -> tuple[float, str]:
-    """By what part a mean current may differ from ngspice's at 95 %, and its unknown part ("": all is known).
+    """Relative difference of a mean current from ngspice's at 95 %, and its unknown part ("": all is known).
 
     ``volts`` is the working voltage of the store.  For this package's netlists it is `JUDGE`, and
     no less of a user's own, whose difference is measured; that is not known if ngspice is missing,

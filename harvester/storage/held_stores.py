@@ -81,7 +81,7 @@ class HeldStores:
     def advance(self, volts: Floats | float | None, duration: float) -> Gained:
         """Move on for a nondimensional ``duration`` from ``volts``; None: from the present ones.
 
-        Voltages of its own for each store have the shape of ``stored``.  Each class rounds the
+        A separate voltage for each store has the shape of ``stored``.  Each class rounds the
         duration in its way.
         """
         if volts is not None:

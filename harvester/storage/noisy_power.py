@@ -199,7 +199,7 @@ def _gain(
     seconds: float,
     seed: int,
 ) -> tuple[Value, int]:
-    """By what part more load and store gain from mass and circuit together than from the slow circuit, and the steps.
+    """Relative excess of the charge by mass and circuit over the slow circuit, and the steps.
 
     Both continue for so many ``seconds`` from the ends of the ``paths``, with the mass at rest at
     first.

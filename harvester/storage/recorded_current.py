@@ -119,8 +119,8 @@ def windows_of(
 class Recorded(NamedTuple):
     """I(V, t), the same of the scene's step, and their number of steps.
 
-    ``separation`` is by what part the charges differ that stores of their own capacitance gain,
-    ``elements`` by what part they do behind the netlist's own elements, and those by ngspice's;
+    ``separation`` is the relative difference of the charges of stores with their own capacitance,
+    ``elements`` that behind the netlist's own elements, and that behind ngspice's;
     ``unknown`` states the unknown part of that.
     """
 
@@ -221,7 +221,7 @@ def _loudest(problem: Problem, table: RecordedCurrent, grid: RecordGrid, count: 
 def _separation(
     problem: Problem, rectifier: Rectifier, table: RecordedCurrent, grid: RecordGrid, farads: float
 ) -> tuple[float, int]:
-    """By what part the charges differ that stores of their own capacitance gain, and the steps.
+    """Relative difference of the charges of stores with their own capacitance, and the steps.
 
     Each begins at one of the voltages in the lower half, and continues for as long as all are below
     the highest.
@@ -242,7 +242,7 @@ def _separation(
 def _elements(
     problem: Problem, rectifier: Rectifier, table: RecordedCurrent, grid: RecordGrid
 ) -> tuple[float, int]:
-    """By what part the charges differ that held stores gain behind the netlist's own elements, and the steps."""
+    """Relative difference of the charges behind the netlist's own elements, and the steps."""
     held = rectifier.held
     store = np.repeat(table.voltages, BATCH // VOLTAGES), held
     loud = _loudest(problem, table, grid, JUDGED)

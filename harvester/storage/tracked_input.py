@@ -33,7 +33,7 @@ STARTED = 10  # vibrations over which a cold start's power is a mean
 
 
 class TrackedInput(NamedTuple):
-    """By what part the law of a chip puts more into the store than mean currents, and the error of that (95 %).
+    """Relative excess of the charge by a chip's law over mean currents, and its error (95 %).
 
     ``error`` is of sampling; ``elements`` is the change by a step of twice the length and the
     netlist's own elements. ``cold`` is the share of the charge to a cold input that comes at a
@@ -55,7 +55,7 @@ class TrackedInput(NamedTuple):
 def tracked_input(
     problem: Problem, table: RectifiedCurrent, chip: Chip, seed: int
 ) -> TrackedInput | None:
-    """The law of a chip next to the mean currents of a ``table``; None if these put nothing into the store."""
+    """The law of a chip and the mean currents of a ``table``; None if these charge nothing."""
     opened = min(float(input_without_load(chip, table.voltages, table.current[None])[0]), chip.most)
     law = _Law(problem, table, chip, opened, seed)
     if law.held < chip.least or not float(table.at(np.array(law.held))) > 0.0:
@@ -99,7 +99,7 @@ class _Law:
         self.part = min(FADED * self.unit, self.rest)  # of it, that is run
 
     def _runs(self, count: int, compiled: bool, twice: bool) -> tuple[StoresOfMany, StoresOfMany]:
-        """The same runs with an input that is held, and with one that is left alone; a look has whole steps."""
+        """The same runs with a held input, and with a free one; a look has whole steps."""
         step = step_from_rest(self.problem.equations)
         look = self.chip.look * self.w0
         h = look / (2 * math.ceil(look / (2.0 * step))) if look else step

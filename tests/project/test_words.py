@@ -15,7 +15,7 @@ BOUNDS = {
     "headless of": (0, 10, 0),
     "tell and say": (1, 1, 0),
     "too at the end": (0, 0, 0),
-    "what-clauses": (5, 17, 0),
+    "what-clauses": (5, 10, 0),
     "where": (19, 12, 0),  # "if" for a condition; "where" for a place stays
     "beside": (0, 0, 0),
     "is no": (0, 6, 0),

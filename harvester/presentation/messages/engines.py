@@ -215,7 +215,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "theory": "no sampling error: a formula; the model error is estimated from its small parameters",
     "published_formula": "no sampling error: a formula; it does not estimate its model error",
     "published_stop": "with a stop the published V, harmonic about zero, is wrong: the true V has no mean and only "
-    "even harmonics, so E[V^2] and the power come out too high, about four times at the paper's parameters: use "
+    "even harmonics, so E[V^2] and the power come out too high, about four times in the Entropy 2026 paper: use "
     "'averaged', 'ensemble' or 'spice'",
     "published_open_circuit": "open circuit with a stop: this is E[V^2] of a V that begins with V = x, including its "
     "mean; 'averaged' gives the variance of V about that mean",

@@ -131,7 +131,7 @@ def test_diode_under_a_constant_slope(w0, w1):
 @pytest.mark.parametrize("kind", ["bridge", "doubler"])
 @pytest.mark.parametrize("mu, kappa", [(0.5, 20.0), (2.0, 0.3)])
 def test_flow_against_the_circuits_equations(kind, mu, kappa):
-    """V' = x' - i+ + i-, kappa U' = i+ (+ i-) - mu U, with Shockley's currents; second order in the step."""
+    """V' = x' - i+ + i-, kappa U' = i+ (+ i-) - mu U, with Shockley's currents; second order."""
     from scipy.integrate import solve_ivp
 
     one = circuit(kind, mu, kappa, n=0.02, leak=1e-3)

@@ -96,4 +96,4 @@ def test_a_chip_wakes_up_and_runs_for_a_part_of_the_time():
     said = found.as_json()
     assert said["afterwards"]["value"] == found.afterwards.value
     assert said["rises"] == found.rises
-    assert "then at or above it" in str(found)
+    assert "duty cycle afterwards" in str(found)
