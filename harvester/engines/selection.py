@@ -111,7 +111,7 @@ def run(
     alone : bool
         Plain averages of ngspice runs from rest, without variance reduction. `Spice` only.
     gaussian : bool
-        Gaussian noise in place of the three-point noise of `Ensemble`, with `alone`. `Spice` only.
+        Gaussian noise in place of the three-point noise of `Ensemble`, with ``alone``. `Spice` only.
 
     Returns
     -------

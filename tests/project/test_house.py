@@ -29,12 +29,12 @@ BOUNDS = [
     ("words made outside messages", 0, 0),
     ("vague names", 14, 0),
     ("tuple assignments of unlike things", 19, 19),
-    ("calls f(*packed)", 72, 0),
-    ("calls with seven positional arguments", 70, 60),
-    ("questions of which load or how many modes", 201, 60),
+    ("calls f(*packed)", 56, 0),
+    ("calls with seven positional arguments", 68, 60),
+    ("questions of which load or how many modes", 199, 60),
     ("one-importer modules", 94, 25),
     ("lines above 100 columns", 2618, 0),
-    ("thousands of tokens", 570, 445),
+    ("thousands of tokens", 587, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -11,6 +11,7 @@ from tests.support.paths import EXAMPLES
 SCENE = hv.load(EXAMPLES / "plate_with_stop.toml")
 REQUIRED = {
     "compare": (SCENE,),
+    "cosimulate": (None,) * 6,
     "extremes": (SCENE,),
     "export": (SCENE, "plate.lib"),
     "identify": ("a.csv",),
@@ -28,7 +29,11 @@ REQUIRED = {
 }
 ANY = {"Netlist"}  # whose keywords are the parameters of the circuit
 # A keyword as it is misspelt, of those that the signature hides behind **options.
-HIDDEN = {"compare": ("trajectoris", "trajectories"), "run": ("trajectoris", "trajectories")}
+HIDDEN = {
+    "compare": ("trajectoris", "trajectories"),
+    "cosimulate": ("toleranc", "tolerance"),
+    "run": ("trajectoris", "trajectories"),
+}
 
 
 def is_error(thing):

@@ -111,7 +111,7 @@ class Cost(TableResult):
     def seconds_needed(self) -> Table:
         """The seconds of each engine to each of `SHOWN`, and the fastest that was measured.
 
-        Beside a measured time stands its prediction, from rows with larger errors.
+        Each measured time is followed by its prediction from rows with larger errors.
         """
         columns = [Column("within", [100.0 * target for target in SHOWN], "%")]
         for name in self.engines:
