@@ -23,6 +23,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import OutOfTimeError
 from harvester.linear.record_doubts import record_doubts
 from harvester.linear.transfer import phase_to_base
+from harvester.mechanics.ensemble.burn_in import slowest_transient
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import CUT_SHORT, WITHOUT_NGSPICE
 from harvester.uncertainty.value import Value
@@ -191,12 +192,12 @@ def partial_answer(
 ) -> Estimate:
     """The results of a ``setup``'s cheap model, or else the means of one run of ngspice until then.
 
-    Either comes with a warning, and without a whole error.  If there is neither, the error is
-    raised.
+    Either comes with a warning, and without a whole error.  If there is neither, or if the run did
+    not cover the slowest transient of the mechanics, the error is raised.
     """
     if setup is not None and setup.pair is not None:
         answer = _by_cheap_model(name, problem, error, seconds, setup)
-    elif error.so_far is None:
+    elif error.so_far is None or _is_at_its_start(problem, error.so_far):
         raise error
     else:
         watts, square, covered = error.so_far
@@ -219,6 +220,12 @@ def partial_answer(
             seconds,
         )
     return answer
+
+
+def _is_at_its_start(problem: Problem, so_far: tuple[float, float, float]) -> bool:
+    """Whether the means of a run cover less than the slowest transient of the mechanics: no response is in them."""
+    covered = so_far[2] * problem.units.frequency
+    return covered < slowest_transient(problem.equations)
 
 
 def _by_cheap_model(

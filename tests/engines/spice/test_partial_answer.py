@@ -65,6 +65,13 @@ def test_nothing_is_known_before_the_means_begin():
         partial_answer("spice", Problem.of(PLATE), out_of_time(None), 7.0)
 
 
+def test_means_over_less_than_the_slowest_transient_are_no_answer():
+    """The plate's load damps small motions within 0.2 s: a mean of the first 0.15 s is one of the start."""
+    problem = Problem.of(PLATE)
+    with pytest.raises(OutOfTimeError, match="ngspice stopped at 3 s of 80 s"):
+        partial_answer("spice", problem, out_of_time((2e-6, 0.5, 0.15)), 7.0)
+
+
 @pytest.mark.ngspice
 def test_where_the_slow_engine_serves_it_is_named():
     """A chip behind a rectifier needs seconds there; a plain bridge has no such circuit."""
