@@ -1,6 +1,7 @@
 """Scenes from scene files (TOML), and the errors of a file in one line."""
 
 import difflib
+import os
 import re
 import shlex
 import tomllib
@@ -121,6 +122,8 @@ def load(path: str | Path) -> Scene:
     Traceback (most recent call last):
     harvester.errors.InputError: scene must be a file, but there is no 'nowhere/plate.toml': ...
     """
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"scene must be the path of a file, but is {shown(path)}")
     name, path = str(path), Path(path)
     if path.suffix.lower() in DECKS and path.is_file():
         adopt = shlex.join(["harvester", "adopt", name])

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
@@ -104,6 +105,8 @@ def read(path: str | Path) -> SweepTable | SavedTable:
     >>> again.rows[1].mean_power == found.rows[1].mean_power
     True
     """
+    if not isinstance(path, str | os.PathLike):
+        raise invalid("`path`", "be the path of a folder or a CSV file", path)
     file = _file(Path(path))
     text = files.read(file, "`path`", MOST_BYTES).decode("utf-8", errors="replace")
     try:
@@ -111,7 +114,9 @@ def read(path: str | Path) -> SweepTable | SavedTable:
     except (ValueError, csv.Error):
         heads, rows = [], []
     if not heads or any(len(row) != len(heads) for row in rows):
-        raise invalid("`path`", "be a CSV file of a study, with as many cells in each row", file)
+        raise invalid(
+            "`path`", "be a CSV file of a study, with as many cells in each row", str(file)
+        )
     about = _provenance(file.parent / "provenance.json")
     if file.stem == SWEEP:
         return _sweep(file, heads, rows, about)
@@ -144,7 +149,7 @@ def _provenance(path: Path) -> dict[str, Any]:
     except (ValueError, RecursionError):
         about = None
     if not isinstance(about, dict):
-        raise invalid("`path`", "hold a provenance.json that a study wrote", path)
+        raise invalid("`path`", "hold a provenance.json that a study wrote", str(path))
     return about
 
 
@@ -152,14 +157,16 @@ def _sweep(
     file: Path, heads: Sequence[str], rows: Sequence[Sequence[str]], about: dict[str, Any]
 ) -> SweepTable:
     """The table of a sweep, whose points are those of its provenance."""
+    import harvester.engines.selection  # noqa: F401  # the colours of its engines in a figure
+
     vary = about.get("vary")
     if not isinstance(vary, dict) or not vary:
-        raise invalid("`path`", "be in the folder of the provenance.json of its sweep", file)
+        raise invalid("`path`", "be in the folder of the provenance.json of its sweep", str(file))
     try:
         axes = tuple(axis_of(key, values) for key, values in vary.items())
         points = Points(axes, about.get("points") == "list", argument="`path`")
     except (TypeError, ValueError) as error:
-        raise invalid("`path`", "have the provenance.json of its sweep", file) from error
+        raise invalid("`path`", "have the provenance.json of its sweep", str(file)) from error
     left: dict[tuple[str, ...], list[int]] = {}
     for point in range(len(points)):
         left.setdefault(tuple(map(repr, points.values(point))), []).append(point)
@@ -230,5 +237,5 @@ def _values(file: Path, parts: Sequence[Sequence[Cell]], unit: str) -> list[Cell
         try:
             values.append(None if fields["value"] is None else Value(**fields, unit=unit))
         except (TypeError, SimulationError) as error:
-            raise invalid("`path`", "hold numbers with their errors", file) from error
+            raise invalid("`path`", "hold numbers with their errors", str(file)) from error
     return values

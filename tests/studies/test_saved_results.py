@@ -2,6 +2,8 @@
 
 import dataclasses
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -118,6 +120,34 @@ def test_what_no_study_wrote_is_refused(tmp_path, files, says):
     with pytest.raises(hv.InputError, match=says) as caught:
         hv.read(tmp_path)
     assert "\n" not in str(caught.value) and re.match("`path` must", str(caught.value))
+
+
+# of another process: one that computed nothing
+DRAWN = """
+import sys
+import harvester as hv
+figure = hv.read(sys.argv[1]).plot()
+print(len({line.get_color() for line in figure.axes[0].get_lines() if len(line.get_xdata()) > 1}))
+"""
+
+
+def test_curves_of_a_folder_have_the_colours_of_their_engines(tmp_path):
+    """Also in a process that has used no engine."""
+    hv.sweep(
+        SCENE,
+        vary={"nondimensional.mu": [0.5, 1.0, 2.0]},
+        engines=[hv.Published(), hv.Averaged()],
+        execution=_into(tmp_path),
+    )
+    command = [sys.executable, "-c", DRAWN, str(tmp_path)]
+    run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
+    assert run.stdout == "2\n"
+
+
+@pytest.mark.parametrize("read", [hv.read, hv.load])
+def test_a_path_is_a_text_or_a_path(read):
+    with pytest.raises(hv.InputError, match=r"must be the path of a .*, but is 3"):
+        read(3)
 
 
 def test_a_missing_folder(tmp_path):
