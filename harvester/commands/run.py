@@ -105,7 +105,7 @@ def run(
         Bar(chosen.NAME, shorter="" if options.get("budget") else remedies) as bar,
         formula_meanwhile(scene, chosen),
     ):
-        answer = selection.with_sooner(chosen.run(scene, bar.tell), sooner)
+        answer = selection.answer_of(chosen, scene, bar.tell)
     beside: dict[str, Any] = {}
     if lifetime is not None:
         beside["extremes"] = extremes(scene, lifetime=lifetime, seed=options["seed"])

@@ -219,7 +219,7 @@ def cosimulate(
     Other Parameters
     ----------------
     seed : int, default 0
-        of the noise: the same seed, the same path.
+        of the noise: the same seed, the same path at the same step and ``within``.
     probe : list of str, optional
         further quantities of the circuit, such as "store", "v(a,b)" or "p(d1)".
     every : int, default 1

@@ -1,8 +1,9 @@
 """A user's model until its mean power has an asked error, which step, tolerance and sampling make.
 
 The step is halved, with a quarter of ngspice's tolerance, on the same noise; the change of
-the mean power is its error, whatever the order of the model's own functions.  Paths with further
-noise give its sampling error.  Whichever is larger is made smaller.
+the mean power is its error, of an order of 1 or more.  Paths with further noise give its sampling
+error.  The step is made smaller if the change is seen despite the sampling; else there are more
+paths.
 """
 
 import dataclasses
@@ -17,6 +18,7 @@ from harvester.uncertainty.value import Value, mean_and_error
 
 FIRST, MOST_PATHS = 4, 256
 MOST_HALVINGS = 8
+MOST_STEPS = 8_000_000  # of a path
 FINEST = 1e-9  # of ngspice's tolerance
 QUARTER = 0.25  # of the tolerance with half the step
 
@@ -49,14 +51,20 @@ class MeanOverPaths:
             )
             if power.known_error95 <= within * abs(mean):
                 return power, True
-            if bias > power.sampling95:
-                if self.halvings == MOST_HALVINGS:
+            # Paths of both steps part at impacts: a change that sampling may explain needs paths.
+            if abs(change.value) > max(change.sampling95, power.sampling95) or not has_noise:
+                if self.halvings == MOST_HALVINGS or self._is_longest:
                     return power, False
                 self.halvings += 1
             elif 2 * count > MOST_PATHS:
                 return power, False
             else:
                 count *= 2
+
+    @property
+    def _is_longest(self) -> bool:
+        """Whether a path with half the step would have too many steps for the memory of several workers."""
+        return self.job.steps << (self.halvings + 1) > MOST_STEPS
 
     def finest(self) -> ModelJob:
         """The job at the finest step so far."""

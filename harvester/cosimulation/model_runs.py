@@ -180,10 +180,13 @@ def noise_of(job: ModelJob) -> Floats:
     """Normal variates of the halves of each step, shape (steps, 2).
 
     A step of the finer job is half a step of the coarser one, and its two halves have that half's
-    variate n as their sum: (n + z)/sqrt 2 and (n - z)/sqrt 2, with z independent of n.
+    variate n as their sum: (n + z)/sqrt 2 and (n - z)/sqrt 2, with z independent of n.  Each path
+    and each of its halvings has a seed of its own.
     """
-    seed = np.random.SeedSequence(job.seed, spawn_key=(job.path,) if job.path else ())
-    first, *others = [seed, *seed.spawn(job.halvings)]
+    first = np.random.SeedSequence(job.seed, spawn_key=(job.path,) if job.path else ())
+    others = [
+        np.random.SeedSequence(job.seed, spawn_key=(job.path, k)) for k in range(job.halvings)
+    ]
     variates = np.random.default_rng(first).standard_normal((job.steps >> job.halvings, 2)).ravel()
     for finer in others:
         z = np.random.default_rng(finer).standard_normal(len(variates))

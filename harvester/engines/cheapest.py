@@ -117,9 +117,17 @@ class Cheapest(MonteCarloOptions, Engine):
             is_last = k == len(kinds) - 1
             share = SLOW_SHARE if kind is Slow and not is_last else 1.0
             try:
-                answer = self._as(kind, share * left, gives_up=not is_last).run(problem, progress)
-            except UnboundedResponseError:
-                raise
+                answer = self._as(kind, share * left, gives_up=not is_last or bool(tried)).run(
+                    problem, progress
+                )
+            except UnboundedResponseError as error:
+                # growth is that of the scene; a step too long is one of the engine
+                from harvester.mechanics.ensemble.trajectories import NotFiniteError
+
+                if not tried and not isinstance(error, NotFiniteError):
+                    raise
+                failed.append(error)
+                continue
             except (SimulationError, MissingProgramError) as error:
                 failed.append(error)
                 continue
@@ -238,8 +246,8 @@ class Tried:
     def needed(self) -> float:
         """The seconds to the target, in all; infinite if they are not known."""
         missed = [said for said in self.answer.diagnostics if said.code == "target_missed"]
-        if not missed or missed[-1].numbers["error"] is None:
-            return math.inf
+        if not missed or missed[-1].numbers["error"] is None or not missed[-1].numbers["more"]:
+            return math.inf  # or no sampling makes the error smaller
         return float(missed[-1].numbers["enough"] or math.inf)
 
 

@@ -18,7 +18,13 @@ from harvester.engines.published import Published
 from harvester.engines.slow import Slow
 from harvester.engines.spice.spice import Spice
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, InputError, UnknownArgumentError, unknown
+from harvester.errors import (
+    HarvesterError,
+    InputError,
+    OutOfTimeError,
+    UnknownArgumentError,
+    unknown,
+)
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.engine_look import LOOKS
 
@@ -147,7 +153,7 @@ def run(
     problem = Problem.of(scene)
     chosen = default_engine(problem, **options) if engine is None else engine
     (made,) = engines([chosen], **options)
-    return with_sooner(made.run(problem, progress), sooner(made, problem))
+    return answer_of(made, problem, progress)
 
 
 def sooner(chosen: Engine, scene: AnyScene) -> tuple[str, ...]:
@@ -157,8 +163,17 @@ def sooner(chosen: Engine, scene: AnyScene) -> tuple[str, ...]:
     return (Slow.NAME,) if Slow.refusal(Problem.of(scene)) is None else ()
 
 
-def with_sooner(answer: Estimate, names: tuple[str, ...]) -> Estimate:
-    """The answer, with a note that names such an engine."""
+def answer_of(chosen: Engine, scene: AnyScene, progress: Progress | None = None) -> Estimate:
+    """The answer of an engine, whose notes name one that answers sooner; raises as its `run`."""
+    names = sooner(chosen, scene)
+    try:
+        answer = chosen.run(scene, progress)
+    except OutOfTimeError as error:
+        if not names:
+            raise
+        raise OutOfTimeError(
+            f"{error}; engine {names[0]!r} supports this scene and needs seconds"
+        ) from None
     remarks = (note("slow_serves", other=name) for name in names)
     return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, *remarks))
 

@@ -21,7 +21,7 @@ from harvester.engines.protocol import (
 from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.errors import SimulationError, UnboundedResponseError
+from harvester.errors import CircuitError, SimulationError, UnboundedResponseError
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 
@@ -190,7 +190,7 @@ class Slow(Request, Engine):
         engine = Compiled(seed=self.seed, duration=duration, trajectories=BATCH, budget=left)
         try:
             direct = engine.run(problem, progress)
-        except UnboundedResponseError:
+        except (UnboundedResponseError, CircuitError):
             raise
         except SimulationError:
             if left is None:

@@ -183,17 +183,21 @@ def _table(
 ) -> RectifiedCurrent:
     """I(V) of a ladder, with the sampling error under noise, and with the lag under a drive."""
     seconds = np.array([rung.counted.seconds for rung in rungs])
-    charge, error = _over_runs([rung.counted.charges for rung in rungs], together)
+    charges = [rung.counted.charges for rung in rungs]
+    charge, error = _over_runs(charges, together)
     square, square_error = _over_runs([rung.counted.squares for rung in rungs], together)
     current = charge / seconds
     settled = np.array([rung.settles.mean() for rung in rungs])
     excess = settled - current * np.array([rung.seconds for rung in rungs])
-    count = len(rungs[0].counted.charges)
+    # the variance of a record's mean, whatever the quantile of its error
+    variances = [
+        _of_records(row, together).var(ddof=1) if row.size > together else 0.0 for row in charges
+    ]
     return RectifiedCurrent(
         voltages=voltages,
         current=current,
         stderr=None if is_steady else error / seconds,
-        density=count * error**2 / seconds,
+        density=together * np.array(variances) / seconds,
         square=square,
         lag=_lag(current, excess) if is_steady else np.zeros(len(voltages)),
         ring_up=-float(excess[0]),
@@ -211,7 +215,7 @@ def _lag(current: Floats, excess: Floats) -> Floats:
 
 def _over_runs(rows: list[Floats], together: int) -> tuple[Floats, Floats]:
     """Means over runs and their standard errors, 0 for one; ``together`` runs are on one record."""
-    entries = np.array(rows).reshape(len(rows), -1, together).mean(axis=2)
+    entries = np.array([_of_records(row, together) for row in rows])
     means = entries.mean(axis=1)
     count = entries.shape[1]
     if count == 1:
@@ -220,6 +224,11 @@ def _over_runs(rows: list[Floats], together: int) -> tuple[Floats, Floats]:
     return means, np.array(
         [value.stderr if together == 1 else value.normal_stderr for value in moments]
     )
+
+
+def _of_records(row: Floats, together: int) -> Floats:
+    """The means of ``together`` consecutive runs each."""
+    return np.asarray(row.reshape(-1, together).mean(axis=1))
 
 
 class Currents(NamedTuple):

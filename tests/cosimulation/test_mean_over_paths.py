@@ -1,10 +1,13 @@
 """`hv.cosimulate` with an asked error: the mean power of closed forms is within it, of step and sampling."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import harvester as hv
 from harvester.cosimulation import Piezo, cosimulate
+from harvester.cosimulation.mean_over_paths import MeanOverPaths
 from harvester.cosimulation.model_runs import ModelJob, noise_of
 from harvester.presentation.diagnostic import has
 from tests.support.models import Motion, Oscillator, linear
@@ -74,6 +77,35 @@ def test_noise_of_half_the_step_is_that_of_the_whole_refined():
     assert abs(np.corrcoef(*fine.T)[0, 1]) < 4.0 / np.sqrt(1024)
     assert abs(fine.std() - 1.0) < 4.0 / np.sqrt(2 * 2048)
     assert abs(np.corrcoef(coarse.ravel(), other.ravel())[0, 1]) < 4.0 / np.sqrt(1024)
+
+
+def test_each_path_and_each_halving_has_noise_of_its_own():
+    """White noise of path 0 refined twice adds to that of its halves; what is added is that of no other path."""
+    whole = ModelJob(None, None, None, PIEZO, 0.1, 512, 1, 7, (1e-4, 1.0), (), False)
+    finest = replace(whole, steps=2048, halvings=2)
+    added = []
+    for path in range(3):
+        z = noise_of(replace(finest, path=path)).ravel().reshape(-1, 2)
+        added += [noise_of(replace(whole, path=path)).ravel(), (z[:, 0] - z[:, 1])[:1024]]
+    correlation = np.corrcoef(added) - np.eye(len(added))
+    assert np.abs(correlation).max() < 4.5 / np.sqrt(1024)
+
+
+class Apart(MeanOverPaths):
+    """Paths whose powers part with the step: 1 +- 0.1, independent at each step, without a bias."""
+
+    def _of(self, count, halvings):
+        return np.random.default_rng([self.job.seed, halvings]).normal(1.0, 0.1, count)
+
+
+def test_paths_that_part_with_the_step_ask_for_more_paths():
+    """A change that is sampling alone does not make the step smaller."""
+    job = ModelJob(None, None, None, PIEZO, 0.1, 512, 1, 7, (1e-4, 1.0), (), False)
+    for seed in range(40):
+        mean = Apart(replace(job, seed=seed))
+        power, reached = mean.to(0.05)
+        assert reached and mean.halvings <= 3
+        assert abs(power.value - 1.0) < 4.0 * power.normal_stderr + power.bias
 
 
 @pytest.mark.parametrize("within", [0.0, 1.0, "much", float("nan"), -0.1])

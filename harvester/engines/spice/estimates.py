@@ -23,7 +23,6 @@ from harvester.equations.problem import Problem
 from harvester.errors import OutOfTimeError
 from harvester.linear.record_doubts import record_doubts
 from harvester.linear.transfer import phase_to_base
-from harvester.mechanics.ensemble.burn_in import slowest_transient
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import CUT_SHORT, WITHOUT_NGSPICE
 from harvester.uncertainty.value import Value
@@ -224,7 +223,9 @@ def partial_answer(
 
 def _is_at_its_start(problem: Problem, so_far: tuple[float, float, float]) -> bool:
     """Whether the means of a run cover less than the slowest transient of the mechanics: no response is in them."""
-    covered = so_far[2] * problem.units.frequency
+    from harvester.mechanics.ensemble.burn_in import slowest_transient
+
+    covered = so_far[2] * problem.scales.frequency
     return covered < slowest_transient(problem.equations)
 
 

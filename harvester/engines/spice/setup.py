@@ -67,7 +67,7 @@ class SpiceSetup:
     def with_shunt(self, shunt: float) -> "SpiceSetup":
         """The same, with a capacitance from each node to ground, of the piezo's (0: none), which is reported."""
         if not shunt:
-            return self
+            return replace(self, diagnostics=[*self.diagnostics])  # which its runs add to
         diagnostic = warning(
             "shunted", share=shunt, capacitance=shunt * self.device.scales.capacitance
         )

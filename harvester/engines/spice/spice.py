@@ -43,9 +43,19 @@ GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many 
 # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
 RUNNING = 0.5
 # times the seconds so far, that runs with a `TENTH` of the tolerance need; the smallest tolerance
+AS_GOOD = 1.1  # times an error, that is not taken for a larger one
 TIGHTER = 2.0
 TENTH = 0.1
 TIGHTEST = 1.1e-6
+
+
+def _is_better(now: Runs, before: Runs) -> bool:
+    """Whether runs with a smaller tolerance measured its effect, and have hardly a larger error."""
+    if now.tolerance is None:
+        return False
+    return before.tolerance is None or (
+        now.power().value.known_error95 < AS_GOOD * before.power().value.known_error95
+    )
 
 
 class Spice(MonteCarloOptions, Engine):
@@ -263,7 +273,9 @@ class Spice(MonteCarloOptions, Engine):
             if self._may_tighten(reached, setup, target.seconds_left - TIGHTER * spent):
                 tighter = setup.with_tolerance(TENTH * setup.device.reltol, spent)
                 with contextlib.suppress(CircuitError):
-                    return self._all_runs(problem, tighter, code, exists, progress)
+                    better, said = self._all_runs(problem, tighter, code, exists, progress)
+                    if _is_better(better, runs):
+                        return better, said
             return runs, [reached, chosen]
 
         for shunt in SHUNTS[:-1]:
