@@ -4,7 +4,7 @@ These forms are known: a current source with a capacitor across it; a voltage so
 a capacitor, with nothing else between them; a sine, or a function of the time, between the nets; a
 source with its mass, spring and damper as L, C and R in series (the motional branch of a
 cantilever); a subcircuit of two pins that holds one of these
-(`harvester.netlists.deck_subcircuits`).
+(`harvester.netlists.deck_model`).
 """
 
 from collections import Counter

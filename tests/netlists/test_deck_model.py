@@ -91,3 +91,56 @@ def test_a_library_is_found_if_the_deck_has_a_relative_path(tmp_path, monkeypatc
     (tmp_path / "own.lib").write_text(DIODE)
     (tmp_path / "deck.cir").write_text(f"{PIEZO}{BRIDGE}{LOAD}.lib C:\\x\\own.lib\n.end\n")
     assert ".include own.lib" in adopt(Path("deck.cir")).text
+
+
+INTEGRATOR = "t\nIp 0 P SIN(0 1m 61)\nCp P 0 40n\nBw 0 acc I=i(Ip)*v(P)\n{more}Rw acc 0 1G\n.end\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "load", "store"),
+    [
+        ("RL P 0 100k\nCw acc 0 1\n", "RL", None),
+        ("D1 P O DP\nR1 O 0 100k\nCout O 0 10u\nCs acc 0 1\n", "R1", "Cout"),
+        ("D1 P O DP\nR1 O 0 100k\nR2 O P 1G\nCout O 0 10u\nCw acc 0 1\n", "R1", "Cout"),
+    ],
+)
+def test_load_and_store_are_elements_of_the_board_not_of_a_measurement(tmp_path, more, load, store):
+    """The integrator's capacitor was the store, and its resistor the load."""
+    path = tmp_path / "deck.cir"
+    path.write_text(INTEGRATOR.format(more=more + DIODE))
+    adoption = adopt(path)
+    assert (adoption.resistor, adoption.store) == (load, store)
+    assert "acc" not in adoption.text
+    assert adopt(path, load=load).resistor == load
+    with pytest.raises(InputError, match=r"line 4 must not read ip, a part of the piezo's own"):
+        adopt(path, load="Rw")
+
+
+CHIP = ".subckt chip a b\nS1 a b sense 0 sw\n.ends\n.model sw sw(vt=0.1 ron=1 roff=1g)\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "why"),
+    [
+        (".global sense\nBs sense 0 V=v(1)\n", r"line 12 must not read 1, a part of the piezo's"),
+        (
+            ".global 1\n",
+            r"`\.global` must name nets of the board, but 1 is a part of the piezo's own",
+        ),
+    ],
+)
+def test_a_global_net_is_read_by_subcircuits(tmp_path, more, why):
+    """Its source was left out as a measurement, and nothing drove the chip's switch."""
+    with pytest.raises(InputError, match=why):
+        adopted(tmp_path, f"{more}X1 P m chip\nRm m 0 1k\n{CHIP}")
+    assert "deck_measurement" not in str(adopted(tmp_path, f".global P 0\n{CHIP}").diagnostics)
+
+
+def test_a_load_that_a_measurement_acts_on_is_refused(tmp_path):
+    """The converter passes no current from the electrodes to the load."""
+    path = tmp_path / "deck.cir"
+    path.write_text(
+        "t\nIp 0 P SIN(0 1m 61)\nCp P 0 40n\nEc O 0 P 0 1\nRL O 0 1k\nBw O 0 I=i(Ip)\n.end\n"
+    )
+    with pytest.raises(InputError, match=r"line 6 must not read ip, a part of the piezo's own"):
+        adopt(path)
