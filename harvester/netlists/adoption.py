@@ -20,7 +20,7 @@ from harvester.netlists.deck_cards import (
     on_libraries,
     read_step,
 )
-from harvester.netlists.deck_device import DeckDevice, Nets, find_piezo
+from harvester.netlists.deck_device import DeckDevice, Nets, find_piezo, is_supply
 from harvester.netlists.deck_model import (
     ModelReaders,
     Removed,
@@ -109,7 +109,7 @@ def adopt(
     resistor = load_of(left, measured, load, path.name)
     kept_store = store_of(left, measured, store, path.name, resistor)
     deck.remarks += _on_roles(resistor, load, kept_store, store)
-    supplies = (each for each in left if each.kind in "vi" and _is_source(each))
+    supplies = (each for each in left if each.kind in "vi" and is_supply(each))
     deck.remarks += [note("deck_source_kept", element=each.name) for each in supplies]
     for step in deck.steps:
         deck.remarks.append(step.offered(texts, deck.parameters, left, resistor, kept_store))
@@ -273,12 +273,6 @@ def _on_piezo(piezo: DeckDevice) -> Iterator[Diagnostic]:
         yield note("deck_capacitance", text=texts, line=lines, value=piezo.capacitance)
     if not piezo.drives:
         yield note("deck_no_drive", nets=nets)
-
-
-def _is_source(element: Element) -> bool:
-    """Whether a source supplies something; one of 0 V measures a current."""
-    value = element.value
-    return bool(element.form) or value is None or not (value.is_constant and value.value == 0.0)
 
 
 def _on_roles(

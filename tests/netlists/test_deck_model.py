@@ -144,3 +144,45 @@ def test_a_load_that_a_measurement_acts_on_is_refused(tmp_path):
     )
     with pytest.raises(InputError, match=r"line 6 must not read ip, a part of the piezo's own"):
         adopt(path)
+
+
+BOARD = "D1 P O DP\nRL O 0 100k\nCout O 0 10u\n" + DIODE
+
+
+@pytest.mark.parametrize(
+    ("model", "why", "helps"),
+    [
+        ("V1 v 0 SIN(0 1 61)\nR1 v P 1k\nE1 m 0 v 0 1\nRm m 0 1k\n", "R1 is in series", True),
+        ("V1 v 0 SIN(0 1 61)\nVa v P 0\n", "Va is in series with V1: give", True),
+        ("V1 v 0 SIN(0 1 61)\nVa v w 0\nCp w P 33n\n", "Va is in series with V1: give", True),
+        ("V1 v 0 SIN(0 1 61)\nVb v P 2\n", "the source Vb is in series with V1: write", False),
+        (
+            "V1 v 0 SIN(0 1 61)\nL1 v 1 1\nR1 1 2 1\nEx 2 0 P 0 1m\nFp 0 P Ex 1m\nCp P 0 33n\n",
+            "the source Ex is in series with V1: write",
+            False,
+        ),
+    ],
+)
+def test_a_part_in_series_with_the_source_is_refused(tmp_path, model, why, helps):
+    """They stayed on the board: the part in series, or a whole transducer with its own capacitor."""
+    path = tmp_path / "deck.cir"
+    path.write_text(f"t\n{model}{BOARD}.end\n")
+    with pytest.raises(InputError, match=why):
+        adopt(path)
+    if helps:
+        text = adopt(path, ("P", "0")).text
+        assert text.split("\n")[1:] == [*BOARD.split("\n")[:-1], ".end", ""]
+
+
+@pytest.mark.parametrize("place", ["0 1 2 3 4", "1 0 2 3 4", "1 2 3 4 0"])
+def test_a_motional_branch_may_have_an_ammeter(tmp_path, place):
+    """It ended at the ammeter: mass, spring, damper and capacitor were of the board."""
+    values = ["Va {} {} 0", "Vp {} {} SIN(0 1 61)", "L1 {} {} 1", "C1 {} {} 1u", "R1 {} {} 10"]
+    chain = [values[int(k)] for k in place.split()]
+    nets = ["0", "1", "2", "3", "4", "P"]
+    lines = [line.format(nets[k], nets[k + 1]) for k, line in enumerate(chain)]
+    path = tmp_path / "deck.cir"
+    path.write_text("\n".join(["t", *lines, f"Cp P 0 33n\nBw w 0 V=i(Va)\n{BOARD}.end\n"]))
+    adoption = adopt(path)
+    assert (adoption.terminals, adoption.capacitance) == (("P", "0"), "33n")
+    assert adoption.text.split("\n")[1:] == [*BOARD.split("\n")[:-1], ".end", ""]
