@@ -16,7 +16,11 @@ from harvester.netlists.element_lines import Element, read_element
 from harvester.netlists.flat import net_of
 from harvester.netlists.read_lines import Line
 
-_START = re.compile(r"([vi])\(\s*([^\s(),]+)\s*\)\s*=\s*(\{[^}]*\}|'[^']*'|[^\s,]+)", re.I)
+_CALL = r"\((?:[^()]|\([^()]*\))*\)"
+_START = re.compile(
+    r"([vi])\(\s*([^\s(),]+)\s*\)\s*=\s*(?:\{[^}]*\}|'[^']*'|(?:[^\s,()]|" + _CALL + r")+)[\s,]*",
+    re.I,
+)
 
 
 def bodies_of(lines: Iterable[Line]) -> dict[str, list[Line]]:
@@ -190,10 +194,11 @@ def shortened_starts(
     for line in lines:
         if line.word != ".ic":
             continue
-        lost: list[str] = []
-        rest: list[str] = []
-        for match in _START.finditer(line.text):
-            is_removed = removed.has(match[1].lower(), match[2])
-            (lost if is_removed else rest).append(match[0])
+        lost = [m for m in _START.finditer(line.text) if removed.has(m[1].lower(), m[2])]
+        text = line.text
+        for match in reversed(lost):
+            text = text[: match.start()] + text[match.end() :]
         if lost:
-            yield line, " ".join([line.word, *rest]) if rest else "", lost
+            is_empty = not text[len(line.word) :].strip(" ,\t")
+            names = [match[0].rstrip(" ,\t") for match in lost]
+            yield line, "" if is_empty else text.rstrip(" ,\t"), names

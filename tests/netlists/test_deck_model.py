@@ -66,6 +66,22 @@ def test_starting_values_of_the_piezo_s_own_model_are_left_out(tmp_path):
     assert ".ic V(P)=1" in adoption.text
 
 
+@pytest.mark.parametrize(
+    ("card", "left"),
+    [
+        (".ic v(1)=0 v(P) = max(1,2)", ".ic v(P) = max(1,2)"),
+        (".ic v(1) = max(1,max(0,2)), V(A,B)=3", ".ic V(A,B)=3"),
+        (".IC V(P)=pwr(2,1) , v(1)=pwr(2, 1),", ".IC V(P)=pwr(2,1)"),
+        (".ic v(A)={f(1,2)}, v(1)={f(1, 2)}, v(B)='1+2'", ".ic v(A)={f(1,2)}, v(B)='1+2'"),
+        (".ic v(1)=pwr(2,1)", None),
+    ],
+)
+def test_a_shortened_starting_card_keeps_its_other_values_as_they_are(tmp_path, card, left):
+    """It was cut inside of functions, and lost values between two nets."""
+    lines = adopted(tmp_path, card).text.split("\n")
+    assert [line for line in lines if line.lower().startswith(".ic")] == [left] * (left is not None)
+
+
 @pytest.mark.parametrize("more", ["", "\n.lib C:\\other\\standard.dio"])
 def test_a_section_of_a_library_has_its_models(tmp_path, more):
     """Its BAT54 was taken for the package's, with a warning."""
