@@ -77,6 +77,7 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
     if len(merged) == 1:
         device = next(iter(merged.values()))
         _refuse_series(device, elements, file)
+        _refuse_half(device, elements, file)
         return device
     nets = ", ".join(nets_of(elements)[:30])
     give = f"give the piezo's two nets by `terminals` A,B; the nets are {nets}"
@@ -113,6 +114,21 @@ def _refuse_series(device: DeckDevice, elements: Sequence[Element], file: str) -
                 f"in series with {device.drives[0].name}: write the piezo's own model as one source "
                 "with its mass, spring and damper as L, C and R in series, and its capacitor"
             )
+
+
+def _refuse_half(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
+    """Refuse a motional branch that ends at its mass, as a probe between mass and spring ends it."""
+    kinds = {each.kind for each in device.motion}
+    if device.capacitors or "l" not in kinds or "c" in kinds:
+        return
+    ends = {*map(net_of, device.nets)} - {"0"}
+    others = _without((e for net in ends for e in _connected(elements)[net]), device.elements)
+    names = ", ".join(each.name for each in _distinct(others)) or "no elements"
+    raise InputError(
+        f"deck {file} must have a mass, a spring and a damper as L, C and R in series, with nothing "
+        f"else between them, but {names} are at the end of {device.motion[-1].name}: leave out those "
+        "that only measure"
+    )
 
 
 def _two_nets(elements: Sequence[Element], terminals: Nets, file: str) -> Nets:

@@ -202,3 +202,16 @@ def test_a_motional_branch_may_have_an_ammeter(tmp_path, place):
     adoption = adopt(path)
     assert (adoption.terminals, adoption.capacitance) == (("P", "0"), "33n")
     assert adoption.text.split("\n")[1:] == [*BOARD.split("\n")[:-1], ".end", ""]
+
+
+def test_a_motional_branch_with_a_probe_is_refused(tmp_path):
+    """It ended at the probe: spring, damper and capacitor were of the board."""
+    model = "V1 v 0 SIN(0 1 61)\nL1 v m 1\nC1 m 2 1u\nR1 2 P 10\nCp P 0 33n\n"
+    path = tmp_path / "deck.cir"
+    path.write_text(f"t\n{model}Rm m 0 1g\n{BOARD}.end\n")
+    with pytest.raises(
+        InputError, match="but C1, Rm are at the end of L1: leave out those that only measure"
+    ):
+        adopt(path)
+    path.write_text(f"t\n{model}{BOARD}.end\n")
+    assert adopt(path).terminals == ("P", "0")
