@@ -6,11 +6,11 @@ left out; all other lines are kept as they are written.  The treatment of each l
 """
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from harvester.errors import InputError, invalid, unknown
+from harvester.errors import invalid, unknown
 from harvester.netlists.cards import DEFINITIONS, PARAMETERS, TEMPERATURES
 from harvester.netlists.deck_cards import (
     ParameterStep,
@@ -20,8 +20,9 @@ from harvester.netlists.deck_cards import (
     on_libraries,
     read_step,
 )
-from harvester.netlists.deck_device import DeckDevice, Nets, find_piezo
+from harvester.netlists.deck_device import DeckDevice, Nets, find_piezo, is_supply
 from harvester.netlists.deck_model import (
+    ModelReaders,
     Removed,
     bodies_of,
     measurements,
@@ -29,6 +30,7 @@ from harvester.netlists.deck_model import (
     shortened_starts,
     without_body,
 )
+from harvester.netlists.deck_roles import load_of, store_of
 from harvester.netlists.element_lines import Element, read_element
 from harvester.netlists.flat import net_of
 from harvester.netlists.read_lines import Line, included_lines, library_of, own_lines
@@ -49,10 +51,6 @@ PHYSICAL = (
 _CHANGES = re.compile(
     r"^(alter|altermod|alterparam|set\s+temp|option|let\s+@|setcirc|source)\b", re.I
 )
-NAMES = {  # of loads and stores
-    "load": ("rload", "rl", "r_load", "r_l"),
-    "store": ("csmooth", "cstore", "cstorage", "cs", "cload"),
-}
 
 
 @dataclass
@@ -106,13 +104,12 @@ def adopt(
     deck = _read(path)
     piezo, gone = _piezo(deck, terminals)
     deck.remarks += _on_piezo(piezo)
-    left = [element for element in deck.elements if element.line not in gone]
-    resistor = _load(left, load, path.name)
-    kept_store = _store(left, store, path.name, resistor)
-    deck.remarks += _on_roles(resistor, load, kept_store, store)
     texts = {line: line.text for line in deck.kept if line not in gone}
-    left = _without_readers(deck, texts, left, piezo, resistor)
-    supplies = (each for each in left if each.kind in "vi" and _is_source(each))
+    left, measured = _without_readers(deck, texts, gone, piezo)
+    resistor = load_of(left, measured, load, path.name)
+    kept_store = store_of(left, measured, store, path.name, resistor)
+    deck.remarks += _on_roles(resistor, load, kept_store, store)
+    supplies = (each for each in left if each.kind in "vi" and is_supply(each))
     deck.remarks += [note("deck_source_kept", element=each.name) for each in supplies]
     for step in deck.steps:
         deck.remarks.append(step.offered(texts, deck.parameters, left, resistor, kept_store))
@@ -138,19 +135,16 @@ def _piezo(deck: SimulationDeck, terminals: Nets | None) -> tuple[DeckDevice, se
 
 
 def _without_readers(
-    deck: SimulationDeck,
-    texts: dict[Line, str],
-    left: Sequence[Element],
-    piezo: DeckDevice,
-    load: Element,
-) -> list[Element]:
-    """The elements without those that measure the piezo's own model.
+    deck: SimulationDeck, texts: dict[Line, str], gone: Set[Line], piezo: DeckDevice
+) -> tuple[list[Element], list[ModelReaders]]:
+    """The elements that are left without the piezo's own model, and the measurements of it.
 
-    The lines ``texts`` lose them and the starting values of that model.
+    The lines ``texts`` lose these and the starting values of that model.
     """
-    gone = [element for element in deck.elements if element not in left]
-    removed = Removed(gone, left, piezo.nets)
-    measured = measurements(left, removed, piezo.nets, load)
+    left = [element for element in deck.elements if element.line not in gone]
+    removed = Removed((each for each in deck.elements if each not in left), left, piezo.nets)
+    groups = measurements(left, removed, piezo.nets, texts)
+    measured = [element for group in groups for element in group.elements]
     for element in measured:
         del texts[element.line]
         text = element.line.text[:60]
@@ -162,7 +156,7 @@ def _without_readers(
             del texts[card]
     cards = [text for line, text in texts.items() if line.word in (".ic", ".temp")]
     deck.remarks += [note("deck_kept", card=text[:60]) for text in cards]
-    return [element for element in left if element not in measured]
+    return [element for element in left if element not in measured], groups
 
 
 def _read(path: Path) -> SimulationDeck:
@@ -279,63 +273,6 @@ def _on_piezo(piezo: DeckDevice) -> Iterator[Diagnostic]:
         yield note("deck_capacitance", text=texts, line=lines, value=piezo.capacitance)
     if not piezo.drives:
         yield note("deck_no_drive", nets=nets)
-
-
-def _is_source(element: Element) -> bool:
-    """Whether a source supplies something; one of 0 V measures a current."""
-    value = element.value
-    return bool(element.form) or value is None or not (value.is_constant and value.value == 0.0)
-
-
-def _named(
-    elements: Sequence[Element], letter: str, given: str | None, what: str, file: str
-) -> Element | None:
-    """The load or the store: as given, by its name, or the only one of its kind; None otherwise."""
-    there = {element.name.lower(): element for element in elements if element.kind == letter}
-    if given is not None:
-        if given.lower() not in there:
-            names = [element.name for element in there.values()]
-            raise unknown(f"`{what}` of deck {file}", given, names or ["none"])
-        return there[given.lower()]
-    by_name = [there[name] for name in NAMES[what] if name in there]
-    return (by_name or list(there.values()))[0] if by_name or len(there) == 1 else None
-
-
-def _load(elements: Sequence[Element], given: str | None, file: str) -> Element:
-    """The load: one by its name, or the resistor across the largest capacitor."""
-    if (named := _named(elements, "r", given, "load", file)) is not None:
-        return named
-    store = max((e for e in elements if e.kind == "c"), key=_size, default=None)
-    resistors = [element for element in elements if element.kind == "r"]
-    across = [each for each in resistors if store and _nets_of(each) == _nets_of(store)]
-    if len(across) == 1:
-        return across[0]
-    names = ", ".join(element.name for element in resistors) or "none"
-    raise InputError(
-        f"`load` must name the resistor of deck {file} whose power is asked for, but is left out: "
-        f"its resistors are {names}"
-    )
-
-
-def _store(
-    elements: Sequence[Element], given: str | None, file: str, load: Element
-) -> Element | None:
-    """The store: one by its name, or the largest capacitor across the load; None without one."""
-    if (named := _named(elements, "c", given, "store", file)) is not None:
-        return named
-    capacitors = (element for element in elements if element.kind == "c")
-    across = (each for each in capacitors if _nets_of(each) == _nets_of(load))
-    return max(across, key=_size, default=None)
-
-
-def _nets_of(element: Element) -> set[str]:
-    return set(map(net_of, element.nodes[:2]))
-
-
-def _size(element: Element) -> float:
-    """The value of an element; 0 if it depends on a name."""
-    value = element.value
-    return value.value if value is not None and value.is_constant else 0.0
 
 
 def _on_roles(

@@ -4,11 +4,11 @@ These forms are known: a current source with a capacitor across it; a voltage so
 a capacitor, with nothing else between them; a sine, or a function of the time, between the nets; a
 source with its mass, spring and damper as L, C and R in series (the motional branch of a
 cantilever); a subcircuit of two pins that holds one of these
-(`harvester.netlists.deck_subcircuits`).
+(`harvester.netlists.deck_model`).
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from itertools import chain
 
@@ -77,6 +77,7 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
     if len(merged) == 1:
         device = next(iter(merged.values()))
         _refuse_series(device, elements, file)
+        _refuse_half(device, elements, file)
         return device
     nets = ", ".join(nets_of(elements)[:30])
     give = f"give the piezo's two nets by `terminals` A,B; the nets are {nets}"
@@ -94,16 +95,40 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
 
 
 def _refuse_series(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
-    """Refuse a lone source in series with one part, which may be of the piezo's own model."""
-    if device.capacitors or device.motion or _is_current(device.drives[0]):
+    """Refuse a source or a motional branch in series with one part, which may be of the piezo's own model."""
+    if device.capacitors or _is_current(device.drives[0]):
         return
     for net in map(net_of, device.nets):
-        at = [e for e in elements if e not in device.drives and net in map(net_of, e.nodes)]
-        if net != "0" and len(at) == 1 and at[0].kind in "rlc":
+        at = [e for e in _connected(elements).get(net, []) if e not in device.elements]
+        if net == "0" or len(at) != 1:
+            continue
+        [part] = at
+        if part.kind in "rlc" or _is_ammeter(part):
             raise InputError(
-                f"deck {file} must have a source at the piezo's nets, but {at[0].name} is in series "
+                f"deck {file} must have a source at the piezo's nets, but {part.name} is in series "
                 f"with {device.drives[0].name}: give the piezo's two nets by `terminals` A,B"
             )
+        if part.kind in "veh" or (part.kind == "b" and not _is_current(part)):
+            raise InputError(
+                f"deck {file} must have a source at the piezo's nets, but the source {part.name} is "
+                f"in series with {device.drives[0].name}: write the piezo's own model as one source "
+                "with its mass, spring and damper as L, C and R in series, and its capacitor"
+            )
+
+
+def _refuse_half(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
+    """Refuse a motional branch that ends at its mass, as a probe between mass and spring ends it."""
+    kinds = {each.kind for each in device.motion}
+    if device.capacitors or "l" not in kinds or "c" in kinds:
+        return
+    ends = {*map(net_of, device.nets)} - {"0"}
+    others = _without((e for net in ends for e in _connected(elements)[net]), device.elements)
+    names = ", ".join(each.name for each in _distinct(others)) or "no elements"
+    raise InputError(
+        f"deck {file} must have a mass, a spring and a damper as L, C and R in series, with nothing "
+        f"else between them, but {names} are at the end of {device.motion[-1].name}: leave out those "
+        "that only measure"
+    )
 
 
 def _two_nets(elements: Sequence[Element], terminals: Nets, file: str) -> Nets:
@@ -124,7 +149,7 @@ def _at(elements: Sequence[Element], terminals: Nets, file: str) -> DeckDevice:
     there = {net_of(first), net_of(second)}
     devices = [
         device
-        for device in (*_sure(elements), *_direct(elements), *_branches(elements))
+        for device in (*_sure(elements), *_direct(elements), *_branches(elements, there))
         if set(map(net_of, device.nets)) == there
     ]
     # Also a constant source, as of an analysis of small signals.
@@ -176,20 +201,27 @@ def _in_series(
                 yield DeckDevice((other, outer), (drive,), (each,))
 
 
-def _branches(elements: Sequence[Element]) -> Iterator[DeckDevice]:
-    """Voltage sources in series with a motional branch: an R, or several of R, L and C."""
+def _branches(elements: Sequence[Element], ends: Set[str] = frozenset()) -> Iterator[DeckDevice]:
+    """Voltage sources in series with a motional branch: an R, or several of R, L and C.
+
+    It may have sources of 0 V, which measure its current.  It ends at the nets ``ends`` at the latest.
+    """
     at = _connected(elements)
     for drive in filter(_drives, elements):
         if _is_current(drive):
             continue
-        first, before = _branch_end(drive, drive.nodes[0], at)
-        second, behind = _branch_end(drive, drive.nodes[1], at)
+        first, before = _branch_end(drive, drive.nodes[0], at, ends)
+        second, behind = _branch_end(drive, drive.nodes[1], at, ends)
         motion = (*before, *behind)
         if first == second or [each.kind for each in motion] in ([], ["c"]):
             continue
         nets = {net_of(first), net_of(second)}
-        across = (each for each in elements if each.kind == "c" and _across(each, nets))
-        yield DeckDevice((first, second), (drive,), _without(across, motion), motion)
+        across = _without((e for e in elements if e.kind == "c" and _across(e, nets)), motion)
+        alone = [each for each in motion if each.kind != "v"]
+        if [each.kind for each in alone] == ["c"]:  # the piezo's capacitor, and an ammeter
+            across = tuple(alone)
+            motion = _without(motion, alone)
+        yield DeckDevice((first, second), (drive,), across, motion)
 
 
 def _connected(elements: Iterable[Element]) -> dict[str, list[Element]]:
@@ -202,14 +234,15 @@ def _connected(elements: Iterable[Element]) -> dict[str, list[Element]]:
 
 
 def _branch_end(
-    drive: Element, node: str, at: Mapping[str, list[Element]]
+    drive: Element, node: str, at: Mapping[str, list[Element]], ends: Set[str]
 ) -> tuple[str, list[Element]]:
     """The net at the end of a source's branch from one of its nodes on, and its elements."""
     parts: list[Element] = []
     last = drive
-    while net_of(node) != "0" and len(there := at[net_of(node)]) == 2:
+    while net_of(node) not in {"0", *ends} and len(there := at[net_of(node)]) == 2:
         nearest = next(each for each in there if each is not last)
-        if nearest.kind not in "rlc" or nearest in parts or len(set(nearest.nodes)) != 2:
+        is_part = nearest.kind in "rlc" or _is_ammeter(nearest)
+        if not is_part or nearest in parts or len(set(nearest.nodes)) != 2:
             break
         parts.append(nearest)
         last = nearest
@@ -241,6 +274,16 @@ def _is_function(element: Element) -> bool:
     if element.kind != "b" or element.value is None:
         return False
     return {leaf.operation for leaf in element.value.leaves} - {"name"} == {"time"}
+
+
+def is_supply(source: Element) -> bool:
+    """Whether a source supplies something; one of 0 V measures a current."""
+    value = source.value
+    return bool(source.form) or value is None or not (value.is_constant and value.value == 0.0)
+
+
+def _is_ammeter(element: Element) -> bool:
+    return element.kind == "v" and not is_supply(element) and not _drives(element)
 
 
 def _is_current(element: Element) -> bool:

@@ -7,6 +7,8 @@ acts on the board is refused.
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass
+from typing import NoReturn
 
 from harvester.errors import InputError
 from harvester.netlists.deck_device import DeckDevice, find_piezo, is_vibration, nets_of
@@ -14,7 +16,11 @@ from harvester.netlists.element_lines import Element, read_element
 from harvester.netlists.flat import net_of
 from harvester.netlists.read_lines import Line
 
-_START = re.compile(r"([vi])\(\s*([^\s(),]+)\s*\)\s*=\s*(\{[^}]*\}|'[^']*'|[^\s,]+)", re.I)
+_CALL = r"\((?:[^()]|\([^()]*\))*\)"
+_START = re.compile(
+    r"([vi])\(\s*([^\s(),]+)\s*\)\s*=\s*(?:\{[^}]*\}|'[^']*'|(?:[^\s,()]|" + _CALL + r")+)[\s,]*",
+    re.I,
+)
 
 
 def bodies_of(lines: Iterable[Line]) -> dict[str, list[Line]]:
@@ -105,30 +111,56 @@ class Removed:
         return {"v": net_of(name) in self.nets, "i": name.lower() in self.elements}.get(kind, False)
 
 
+@dataclass(frozen=True)
+class ModelReaders:
+    """Elements that measure the piezo's own model: a reader of the part ``read``, and those that it feeds."""
+
+    reader: Element
+    read: str
+    elements: tuple[Element, ...]
+
+    def refuse(self) -> NoReturn:
+        """Raise InputError, as one of the elements acts on the board."""
+        raise InputError(
+            f"deck {self.reader.line.where} must not read {self.read}, a part of the "
+            "piezo's own model, which the scene's device replaces, but is "
+            f"{self.reader.line.text[:60]}: write it with the nets of the board"
+        )
+
+
 def measurements(
-    left: Sequence[Element], removed: Removed, nets: Collection[str], load: Element
-) -> list[Element]:
-    """The elements that measure the piezo's own model; they are added to ``removed``.
+    left: Sequence[Element], removed: Removed, nets: Collection[str], lines: Iterable[Line]
+) -> list[ModelReaders]:
+    """The measurements of the piezo's own model; their elements are added to ``removed``.
 
     Raises InputError if an element reads a part of that model and acts on the board, that is, on
-    the electrodes ``nets`` or on the load.
+    the electrodes ``nets`` or on a net of a .global card among ``lines``, which subcircuits read;
+    and for a global net of that model.
     """
-    board = {*map(net_of, nets), *_connected(load)} - {"0"}
-    measuring: list[Element] = []
+    shared = _global_nets(lines)
+    for net in sorted(shared & removed.nets):
+        raise InputError(
+            f"`.global` must name nets of the board, but {net} is a part of the piezo's own model, "
+            "which the scene's device replaces: write its subcircuits with the nets of the board"
+        )
+    board = {*map(net_of, nets), *shared} - {"0"}
+    measuring: list[ModelReaders] = []
     kept = list(left)
     while readers := [element for element in kept if removed.read_by(element)]:
         reader = readers[0]
-        fed = _fed(reader, kept)
-        if any(board & _connected(element) for element in fed):
-            raise InputError(
-                f"deck {reader.line.where} must not read {removed.read_by(reader)}, a part of the "
-                "piezo's own model, which the scene's device replaces, but is "
-                f"{reader.line.text[:60]}: write it with the nets of the board"
-            )
-        measuring += fed
-        removed.add(fed)
-        kept = [element for element in kept if element not in fed]
+        group = ModelReaders(reader, removed.read_by(reader), tuple(_fed(reader, kept)))
+        if any(board & _connected(element) for element in group.elements):
+            group.refuse()
+        measuring.append(group)
+        removed.add(group.elements)
+        kept = [element for element in kept if element not in group.elements]
     return measuring
+
+
+def _global_nets(lines: Iterable[Line]) -> set[str]:
+    """The nets of .global cards."""
+    cards = (line for line in lines if line.word == ".global")
+    return {net_of(net) for card in cards for net in card.text.replace(",", " ").split()[1:]}
 
 
 def _fed(reader: Element, elements: Iterable[Element]) -> list[Element]:
@@ -162,10 +194,11 @@ def shortened_starts(
     for line in lines:
         if line.word != ".ic":
             continue
-        lost: list[str] = []
-        rest: list[str] = []
-        for match in _START.finditer(line.text):
-            is_removed = removed.has(match[1].lower(), match[2])
-            (lost if is_removed else rest).append(match[0])
+        lost = [m for m in _START.finditer(line.text) if removed.has(m[1].lower(), m[2])]
+        text = line.text
+        for match in reversed(lost):
+            text = text[: match.start()] + text[match.end() :]
         if lost:
-            yield line, " ".join([line.word, *rest]) if rest else "", lost
+            is_empty = not text[len(line.word) :].strip(" ,\t")
+            names = [match[0].rstrip(" ,\t") for match in lost]
+            yield line, "" if is_empty else text.rstrip(" ,\t"), names

@@ -66,6 +66,22 @@ def test_starting_values_of_the_piezo_s_own_model_are_left_out(tmp_path):
     assert ".ic V(P)=1" in adoption.text
 
 
+@pytest.mark.parametrize(
+    ("card", "left"),
+    [
+        (".ic v(1)=0 v(P) = max(1,2)", ".ic v(P) = max(1,2)"),
+        (".ic v(1) = max(1,max(0,2)), V(A,B)=3", ".ic V(A,B)=3"),
+        (".IC V(P)=pwr(2,1) , v(1)=pwr(2, 1),", ".IC V(P)=pwr(2,1)"),
+        (".ic v(A)={f(1,2)}, v(1)={f(1, 2)}, v(B)='1+2'", ".ic v(A)={f(1,2)}, v(B)='1+2'"),
+        (".ic v(1)=pwr(2,1)", None),
+    ],
+)
+def test_a_shortened_starting_card_keeps_its_other_values_as_they_are(tmp_path, card, left):
+    """It was cut inside of functions, and lost values between two nets."""
+    lines = adopted(tmp_path, card).text.split("\n")
+    assert [line for line in lines if line.lower().startswith(".ic")] == [left] * (left is not None)
+
+
 @pytest.mark.parametrize("more", ["", "\n.lib C:\\other\\standard.dio"])
 def test_a_section_of_a_library_has_its_models(tmp_path, more):
     """Its BAT54 was taken for the package's, with a warning."""
@@ -91,3 +107,111 @@ def test_a_library_is_found_if_the_deck_has_a_relative_path(tmp_path, monkeypatc
     (tmp_path / "own.lib").write_text(DIODE)
     (tmp_path / "deck.cir").write_text(f"{PIEZO}{BRIDGE}{LOAD}.lib C:\\x\\own.lib\n.end\n")
     assert ".include own.lib" in adopt(Path("deck.cir")).text
+
+
+INTEGRATOR = "t\nIp 0 P SIN(0 1m 61)\nCp P 0 40n\nBw 0 acc I=i(Ip)*v(P)\n{more}Rw acc 0 1G\n.end\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "load", "store"),
+    [
+        ("RL P 0 100k\nCw acc 0 1\n", "RL", None),
+        ("D1 P O DP\nR1 O 0 100k\nCout O 0 10u\nCs acc 0 1\n", "R1", "Cout"),
+        ("D1 P O DP\nR1 O 0 100k\nR2 O P 1G\nCout O 0 10u\nCw acc 0 1\n", "R1", "Cout"),
+    ],
+)
+def test_load_and_store_are_elements_of_the_board_not_of_a_measurement(tmp_path, more, load, store):
+    """The integrator's capacitor was the store, and its resistor the load."""
+    path = tmp_path / "deck.cir"
+    path.write_text(INTEGRATOR.format(more=more + DIODE))
+    adoption = adopt(path)
+    assert (adoption.resistor, adoption.store) == (load, store)
+    assert "acc" not in adoption.text
+    assert adopt(path, load=load).resistor == load
+    with pytest.raises(InputError, match=r"line 4 must not read ip, a part of the piezo's own"):
+        adopt(path, load="Rw")
+
+
+CHIP = ".subckt chip a b\nS1 a b sense 0 sw\n.ends\n.model sw sw(vt=0.1 ron=1 roff=1g)\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "why"),
+    [
+        (".global sense\nBs sense 0 V=v(1)\n", r"line 12 must not read 1, a part of the piezo's"),
+        (
+            ".global 1\n",
+            r"`\.global` must name nets of the board, but 1 is a part of the piezo's own",
+        ),
+    ],
+)
+def test_a_global_net_is_read_by_subcircuits(tmp_path, more, why):
+    """Its source was left out as a measurement, and nothing drove the chip's switch."""
+    with pytest.raises(InputError, match=why):
+        adopted(tmp_path, f"{more}X1 P m chip\nRm m 0 1k\n{CHIP}")
+    assert "deck_measurement" not in str(adopted(tmp_path, f".global P 0\n{CHIP}").diagnostics)
+
+
+def test_a_load_that_a_measurement_acts_on_is_refused(tmp_path):
+    """The converter passes no current from the electrodes to the load."""
+    path = tmp_path / "deck.cir"
+    path.write_text(
+        "t\nIp 0 P SIN(0 1m 61)\nCp P 0 40n\nEc O 0 P 0 1\nRL O 0 1k\nBw O 0 I=i(Ip)\n.end\n"
+    )
+    with pytest.raises(InputError, match=r"line 6 must not read ip, a part of the piezo's own"):
+        adopt(path)
+
+
+BOARD = "D1 P O DP\nRL O 0 100k\nCout O 0 10u\n" + DIODE
+
+
+@pytest.mark.parametrize(
+    ("model", "why", "helps"),
+    [
+        ("V1 v 0 SIN(0 1 61)\nR1 v P 1k\nE1 m 0 v 0 1\nRm m 0 1k\n", "R1 is in series", True),
+        ("V1 v 0 SIN(0 1 61)\nVa v P 0\n", "Va is in series with V1: give", True),
+        ("V1 v 0 SIN(0 1 61)\nVa v w 0\nCp w P 33n\n", "Va is in series with V1: give", True),
+        ("V1 v 0 SIN(0 1 61)\nVb v P 2\n", "the source Vb is in series with V1: write", False),
+        (
+            "V1 v 0 SIN(0 1 61)\nL1 v 1 1\nR1 1 2 1\nEx 2 0 P 0 1m\nFp 0 P Ex 1m\nCp P 0 33n\n",
+            "the source Ex is in series with V1: write",
+            False,
+        ),
+    ],
+)
+def test_a_part_in_series_with_the_source_is_refused(tmp_path, model, why, helps):
+    """They stayed on the board: the part in series, or a whole transducer with its own capacitor."""
+    path = tmp_path / "deck.cir"
+    path.write_text(f"t\n{model}{BOARD}.end\n")
+    with pytest.raises(InputError, match=why):
+        adopt(path)
+    if helps:
+        text = adopt(path, ("P", "0")).text
+        assert text.split("\n")[1:] == [*BOARD.split("\n")[:-1], ".end", ""]
+
+
+@pytest.mark.parametrize("place", ["0 1 2 3 4", "1 0 2 3 4", "1 2 3 4 0"])
+def test_a_motional_branch_may_have_an_ammeter(tmp_path, place):
+    """It ended at the ammeter: mass, spring, damper and capacitor were of the board."""
+    values = ["Va {} {} 0", "Vp {} {} SIN(0 1 61)", "L1 {} {} 1", "C1 {} {} 1u", "R1 {} {} 10"]
+    chain = [values[int(k)] for k in place.split()]
+    nets = ["0", "1", "2", "3", "4", "P"]
+    lines = [line.format(nets[k], nets[k + 1]) for k, line in enumerate(chain)]
+    path = tmp_path / "deck.cir"
+    path.write_text("\n".join(["t", *lines, f"Cp P 0 33n\nBw w 0 V=i(Va)\n{BOARD}.end\n"]))
+    adoption = adopt(path)
+    assert (adoption.terminals, adoption.capacitance) == (("P", "0"), "33n")
+    assert adoption.text.split("\n")[1:] == [*BOARD.split("\n")[:-1], ".end", ""]
+
+
+def test_a_motional_branch_with_a_probe_is_refused(tmp_path):
+    """It ended at the probe: spring, damper and capacitor were of the board."""
+    model = "V1 v 0 SIN(0 1 61)\nL1 v m 1\nC1 m 2 1u\nR1 2 P 10\nCp P 0 33n\n"
+    path = tmp_path / "deck.cir"
+    path.write_text(f"t\n{model}Rm m 0 1g\n{BOARD}.end\n")
+    with pytest.raises(
+        InputError, match="but C1, Rm are at the end of L1: leave out those that only measure"
+    ):
+        adopt(path)
+    path.write_text(f"t\n{model}{BOARD}.end\n")
+    assert adopt(path).terminals == ("P", "0")
