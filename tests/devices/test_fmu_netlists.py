@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.circuits.substeps import DID, LEVELS
 from harvester.devices.fmu import fixed_scales, parts
 from harvester.devices.fmu.objects import PLATFORMS
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError
+from harvester.mechanics.part.part_state import OUT
 from tests.support import fmu
 from tests.support.paths import EXAMPLES
 
@@ -149,6 +151,63 @@ print(json.dumps([rest == again == elsewhere, path(one, 0.0, 50) == first, charg
     assert found[:3] == [True, True, 3.0]
     # R C is 1.5 s: the store falls by exp(-0.015/1.5), as no current flows into it
     assert found[3] == pytest.approx(3.0 * np.exp(-0.01), rel=1e-3)
+
+
+OTHERS = """
+one = begun(opened())
+one.doStep(0.0, 0.5)
+bytes_ = one.serializeFMUstate(one.getFMUstate())
+place = len(bytes_) - FROM_END
+levels = [float(np.frombuffer(bytes_, "<f8", 1, place)[0]), 1e6, -5.0, float("nan"), float("inf")]
+found = []
+for level in levels:
+    changed = bytes_[:place] + np.float64(level).tobytes() + bytes_[place + 8 :]
+    one.setFMUstate(one.deSerializeFMUstate(changed))
+    one.doStep(0.5, 0.5)
+    found.append(shown(one, "displacement", "voltage", "store_voltage"))
+answers = []
+for fmu in OTHERS:
+    described = read_model_description(fmu)
+    version = int(described.fmiVersion[0])
+    other = opened(version)
+    if version == 3:
+        other.instantiate()
+    begun(other, version)
+    if version == 3:
+        own = other.serializeFMUState(other.getFMUState())
+        restore = other.deserializeFMUState
+    else:
+        own = other.serializeFMUstate(other.getFMUstate())
+        restore = other.deSerializeFMUstate
+    restore(own)
+    try:
+        restore(bytes_)
+        answers.append([len(own), "taken"])
+    except Exception as error:
+        answers.append([len(own), str(error)])
+print(json.dumps([len(bytes_), levels[0], found, answers]))
+"""
+
+
+def test_a_state_of_another_unit_is_refused_and_one_of_its_own_cannot_address_memory(
+    struck, tmp_path
+):
+    """Another resistance, and FMI 3.0, have states of the same size; the level of steps is an index of tables."""
+    others = [tmp_path / "other.fmu", tmp_path / "third.fmu"]
+    scene = hv.load(struck)
+    hv.export(scene.varied({"load.parameters.R": 2e6}), others[0], circuit="netlist")
+    hv.export(scene, others[1], circuit="netlist", fmi=3)
+    # behind the level are three voltages and four results; the report; words, times and phases
+    from_end = 8 * (1 + 3 + DID + int(OUT.SIZE) + 2 + 3 + 1)
+    code = OTHERS.replace("OTHERS", repr([str(path) for path in others]))
+    size, level, found, answers = fmu.run(
+        fmu.built(str(struck), circuit="netlist"), code.replace("FROM_END", str(from_end))
+    )
+    assert level in range(LEVELS)
+    for changed in found[1:]:
+        assert changed == pytest.approx(found[0], rel=1e-3)
+    assert [other for other, _ in answers] == [size, size]
+    assert all("erializeFMU" in answer for _, answer in answers), answers
 
 
 def test_events_leave_the_path_as_it_is(struck):
