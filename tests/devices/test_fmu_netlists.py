@@ -153,6 +153,46 @@ print(json.dumps([rest == again == elsewhere, path(one, 0.0, 50) == first, charg
     assert found[3] == pytest.approx(3.0 * np.exp(-0.01), rel=1e-3)
 
 
+def test_power_and_current_are_those_of_the_first_voltages(struck, tmp_path):
+    """The load across the store, and from n to p across the piezo, or across a capacitor with ic."""
+    code = """
+one = begun(opened(), VALUES)
+print(json.dumps(shown(one, "power", "load_current")))
+"""
+    path = fmu.built(str(struck), circuit="netlist")
+    charged = fmu.run(path, code.replace("VALUES", "initial__store_voltage=3.0"))
+    assert charged == pytest.approx([9.0 / 1.5e6, 3.0 / 1.5e6], rel=1e-12)
+    text = struck.read_text().partition("[load]")[0]
+    cases = {
+        "across": ("R1 p a 1e6\nC1 a n 1n\n", "n p", 2.0, -2.0),
+        "given": ("R1 p a 1e6\nC1 a n 1u ic=0.5\n", "n a", 2.0, -0.5),
+    }
+    for name, (lines, nodes, voltage, expected) in cases.items():
+        (tmp_path / f"{name}.cir").write_text(
+            f".subckt {name} p n\n{lines}Rload {nodes} 1e6\n.ends\n"
+        )
+        scene = tmp_path / f"{name}.toml"
+        scene.write_text(f'{text}[load]\nnetlist = "./{name}.cir"\n')
+        path = fmu.built(str(scene), circuit="netlist")
+        found = fmu.run(path, code.replace("VALUES", f"initial__voltage={voltage}"))
+        assert found == pytest.approx([expected**2 / 1e6, expected / 1e6], rel=1e-12)
+
+
+def test_the_stored_energy_is_that_beside_the_netlist(struck):
+    """The description says so, and a charged store does not count; with an ideal circuit it does."""
+    code = """
+stored = next(v for v in described.modelVariables if v.name == "stored_energy")
+one = begun(opened(), initial__store_voltage=3.0)
+print(json.dumps([stored.description, *shown(one, "stored_energy")]))
+"""
+    words, energy = fmu.run(fmu.built(str(struck), circuit="netlist"), code)
+    assert words == "energy in mass, springs and the piezo's capacitance"
+    assert energy < 1e-9
+    words, energy = fmu.run(fmu.built(str(struck)), code)
+    assert words == "energy in mass, springs and capacitances"
+    assert energy == pytest.approx(0.5 * 1e-6 * 9.0, rel=1e-3)
+
+
 OTHERS = """
 one = begun(opened())
 one.doStep(0.0, 0.5)

@@ -74,9 +74,11 @@ static void begin_netlist(Data *d) {
     memcpy(circuit, of_rest, NETLIST_SIZE * sizeof *circuit);
     circuit[PIEZO_AT] = d->v[V_VOLTAGE] / PIEZO_VOLTS;
     circuit[VOLTAGES_AT] = d->v[V_VOLTAGE];
+    if (LOAD_AT_PIEZO != 0.0) circuit[VOLTAGES_AT + 2] = LOAD_AT_PIEZO * d->v[V_VOLTAGE];
     if (V_STORE >= 0) {
         circuit[CSMOOTH_AT < 0 ? 0 : CSMOOTH_AT] = d->v[V_STORE < 0 ? 0 : V_STORE] / CSMOOTH_VOLTS;
         circuit[VOLTAGES_AT + 1] = d->v[V_STORE < 0 ? 0 : V_STORE];
+        if (LOAD_AT_CSMOOTH != 0.0) circuit[VOLTAGES_AT + 2] = LOAD_AT_CSMOOTH * circuit[VOLTAGES_AT + 1];
     }
 #endif
 }
