@@ -19,6 +19,7 @@ from harvester.circuits.newton import compiled_source
 from harvester.circuits.newton_parts import SIGNATURE
 from harvester.circuits.pointers import pointer
 from harvester.circuits.substeps import DID, FOLLOW, ROOMS, KernelCircuit, follow
+from harvester.circuits.system import Row
 from harvester.mechanics.kernels.compiled import COMPILER, FLAGS, version_of
 from harvester.mechanics.part.entry import stored
 from harvester.mechanics.part.gridded import is_solved, keep_store, load_energy, with_store
@@ -54,7 +55,8 @@ class CircuitTables:
 
     ``record`` and ``arrays`` are the numbers of `CIRCUIT` without addresses, and the arrays that
     these point to, by name; ``rest`` is the first state. ``volts`` are the volts of 1 of the
-    charges of piezo and store, by their places; ``elements`` name the functions.
+    charges of piezo and store, by their places; ``load`` is 1 or -1 for that of them across which
+    Rload lies, else 0; ``elements`` name the functions.
     """
 
     numbers: NetlistNumbers
@@ -62,26 +64,39 @@ class CircuitTables:
     arrays: dict[str, Floats]
     rest: Floats
     volts: dict[str, tuple[int, float]]
+    load: dict[str, float]
     elements: list[str]
 
 
 def circuit_tables(circuit: CompiledCircuit, h: float) -> CircuitTables:
     """The tables of a circuit at steps of h."""
     values, arrays = circuit.tables(h)
-    charges = [name for name, *_ in circuit.system.charges]
+    charges = {name: k for k, (name, *_) in enumerate(circuit.system.charges)}
+    signs = [_sign(column, circuit.load_row) for _, column, *_ in circuit.system.charges]
     functions = len(circuit.system.diodes) + len(circuit.system.functions)
+    rest = circuit.rest
+    for k, sign in enumerate(signs):
+        if sign:
+            rest[circuit.voltages_at + 2] = sign * rest[k] * circuit.system.charges[k][3]
+    capacitors = [name for name in ("piezo", "csmooth") if name in charges]
     return CircuitTables(
         numbers=netlist_numbers(circuit, circuit.scales.volts),
         record=values,
         arrays=arrays,
-        rest=circuit.rest,
+        rest=rest,
         volts={
-            name: (charges.index(name), circuit.system.charges[charges.index(name)][3])
-            for name in ("piezo", "csmooth")
-            if name in charges
+            name: (charges[name], circuit.system.charges[charges[name]][3]) for name in capacitors
         },
+        load={name: signs[charges[name]] for name in capacitors},
         elements=[circuit.system.element_of(k) for k in range(functions)],
     )
+
+
+def _sign(across: Row, other: Row) -> float:
+    """1 if two voltages are the same, -1 if they are opposite, else 0."""
+    if across == other:
+        return 1.0
+    return -1.0 if across == {k: -value for k, value in other.items()} else 0.0
 
 
 def netlist_numbers(circuit: CompiledCircuit, volts: float) -> NetlistNumbers:

@@ -103,10 +103,11 @@ class CompiledCircuit:
         rload = parts["rload"]
         store = parts.get("csmooth")
         self.resistance = value_of(rload)
+        self.load_row = self.system.across_part(rload)
         read_out = [
             self.system.across("p", "0"),
             self.system.across_part(store) if store is not None else {},
-            self.system.across_part(rload),
+            self.load_row,
         ]
         self.reduction = Reduction(self.system, read_out, self._tau(TYPICAL))
         self._arrays: dict[float, tuple[Any, ...]] = {}

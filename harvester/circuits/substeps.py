@@ -234,7 +234,8 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, count):
     new = room[3]
     volts = carray(pointer(c.volts_at), nz)
     thresholds = carray(pointer(c.thresholds_at), (2, c.switches))
-    level = int(sizes[nz])
+    kept = sizes[nz]  # a restored state may have any
+    level = int(kept) if 0.0 <= kept < LEVELS else LEVELS - 1
     at = 0
     square = 0.0
     steps = 0

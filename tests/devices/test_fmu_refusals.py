@@ -23,7 +23,7 @@ def answer(what):
 a, m, out = number["base_acceleration"], number["oscillator.mass"], number["voltage"]
 nan, inf = float("nan"), float("inf")
 """
-OF_2 = """
+LOGGED = """
 from ctypes import byref
 from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.logging import addLoggerProxy
@@ -32,6 +32,15 @@ def log(*words):
 callbacks = fmi2CallbackFunctions()
 callbacks.logger = fmi2CallbackLoggerTYPE(log)
 addLoggerProxy(byref(callbacks))
+def logged():
+    one = opened()
+    one.instantiate(callbacks=callbacks)
+    one.setupExperiment(startTime=0.0)
+    one.enterInitializationMode()
+    one.exitInitializationMode()
+    return one
+"""
+OF_2 = f"""{LOGGED}
 early = opened()
 early.instantiate(callbacks=callbacks)
 one = opened()
@@ -147,6 +156,46 @@ print(json.dumps(answers))
         timeout=60,
     )
     assert all(answer == "done" or "fmi2DoStep" in answer for answer in answers)
+
+
+def test_a_motion_without_bound_is_not_the_fault_of_the_netlist(tmp_path):
+    """At a cubic stiffness 1e6 m/s^2 give an infinite motion, at which no circuit has a solution."""
+    text = (EXAMPLES / "plate_bistable.toml").read_text().partition("[load]")[0]
+    scene = tmp_path / "bistable.toml"
+    scene.write_text(f'{text}[load]\nnetlist = "bridge"\nparameters = {{ R = "1.5 Mohm" }}\n')
+    said = fmu.run(
+        fmu.built(str(scene), circuit="netlist"),
+        f"""{WORDS}{LOGGED}
+one = logged()
+one.setReal([a], [1e6])
+print(json.dumps(answer(lambda: one.doStep(0.0, 0.05))))
+""",
+    )
+    assert "the motion must stay finite, but has grown without bound by 0.05 s" in said
+
+
+def test_after_a_netlist_without_a_solution_the_whole_state_is_of_one_time(tmp_path):
+    """A source draws 1e-6 v^2 behind 1 Mohm: below -0.25 V no v exists; mass and circuit have moved together."""
+    (tmp_path / "square.cir").write_text(
+        ".subckt square p n\nRs p a 1e6\nB1 a n I=1e-6*V(a,n)*V(a,n)\nRload p n 1e6\n.ends\n"
+    )
+    text = (EXAMPLES / "plate_harmonic.toml").read_text().partition("[load]")[0]
+    scene = tmp_path / "square.toml"
+    scene.write_text(f'{text}[load]\nnetlist = "./square.cir"\n')
+    first, again, taken, stored, lost, out = fmu.run(
+        fmu.built(str(scene), circuit="netlist"),
+        f"""{WORDS}{LOGGED}
+one = logged()
+first, again = (answer(lambda: one.doStep(0.0, 0.5)) for _ in range(2))
+energies = shown(one, "input_energy", "stored_energy", "damping_energy", "load_energy")
+print(json.dumps([first, again, *energies]))
+""",
+    )
+    assert "the netlist must have a solution" in first
+    assert first.endswith("the last at b1")
+    assert again == first
+    assert taken > 1e-6
+    assert stored + lost + out == pytest.approx(taken, rel=1e-3)
 
 
 def test_a_model_of_cosimulate_is_refused_in_one_line(tmp_path):

@@ -126,7 +126,7 @@ API fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
     return fmi2OK;
 }
 API fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
-    if (!state) return fmi2Error;
+    if (!is_own(c, state, sizeof(Data))) return fmi2Error;
     memcpy(&((Part *)c)->data, state, sizeof(Data));
     return fmi2OK;
 }
@@ -147,7 +147,7 @@ API fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2By
     return fmi2OK;
 }
 API fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    if (size != sizeof(Data)) return fmi2Error;
+    if (!is_own(c, bytes, size)) return fmi2Error;
     if (!*state) *state = malloc(sizeof(Data));
     if (!*state) return fmi2Error;
     memcpy(*state, bytes, sizeof(Data));

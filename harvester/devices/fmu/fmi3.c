@@ -207,7 +207,7 @@ API fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
     return fmi3OK;
 }
 API fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
-    if (!state) return fmi3Error;
+    if (!is_own(c, state, sizeof(Data))) return fmi3Error;
     memcpy(&((Part *)c)->data, state, sizeof(Data));
     return fmi3OK;
 }
@@ -228,7 +228,7 @@ API fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byt
     return fmi3OK;
 }
 API fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-    if (size != sizeof(Data)) return fmi3Error;
+    if (!is_own(c, bytes, size)) return fmi3Error;
     if (!*state) *state = malloc(sizeof(Data));
     if (!*state) return fmi3Error;
     memcpy(*state, bytes, sizeof(Data));

@@ -32,6 +32,7 @@ typedef struct { int number, variable; double power; } Term;
 long long harvester_part(long long what, double *numbers, double *w, uint64_t *words, int64_t *at, double *out, double until);
 
 typedef struct { /* the whole state, as it is saved and restored */
+    char token[sizeof TOKEN]; /* first: of another FMU the size of a state is unknown */
     double v[VARIABLES];
     double numbers[NUMBERS];
     double w[STATE_SIZE];
@@ -73,9 +74,11 @@ static void begin_netlist(Data *d) {
     memcpy(circuit, of_rest, NETLIST_SIZE * sizeof *circuit);
     circuit[PIEZO_AT] = d->v[V_VOLTAGE] / PIEZO_VOLTS;
     circuit[VOLTAGES_AT] = d->v[V_VOLTAGE];
+    if (LOAD_AT_PIEZO != 0.0) circuit[VOLTAGES_AT + 2] = LOAD_AT_PIEZO * d->v[V_VOLTAGE];
     if (V_STORE >= 0) {
         circuit[CSMOOTH_AT < 0 ? 0 : CSMOOTH_AT] = d->v[V_STORE < 0 ? 0 : V_STORE] / CSMOOTH_VOLTS;
         circuit[VOLTAGES_AT + 1] = d->v[V_STORE < 0 ? 0 : V_STORE];
+        if (LOAD_AT_CSMOOTH != 0.0) circuit[VOLTAGES_AT + 2] = LOAD_AT_CSMOOTH * circuit[VOLTAGES_AT + 1];
     }
 #endif
 }
@@ -98,6 +101,13 @@ static void complain(Part *part, const char *format, ...) {
     if (part->say) part->say(part, words);
 }
 
+/* Whether bytes are a state of this FMU, to whose tables it belongs; with words if not. */
+static int is_own(Part *part, const void *bytes, size_t size) {
+    if (bytes && size == sizeof(Data) && !memcmp(bytes, TOKEN, sizeof TOKEN)) return 1;
+    complain(part, "the state must be one of this FMU, but is of another");
+    return 0;
+}
+
 static void numbers_of(Data *d) {
     for (int k = 0; k < NUMBERS; k++) d->numbers[k] = BASE[k];
     for (int k = 0; k < TERMS_COUNT; k++) {
@@ -116,6 +126,7 @@ static uint64_t split_mix(uint64_t *z) { /* Steele, Lea and Flood 2014: words fo
 
 static void to_start(Data *d) {
     memset(d, 0, sizeof *d);
+    memcpy(d->token, TOKEN, sizeof TOKEN);
     for (int k = 0; k < VARIABLES; k++) d->v[k] = VARIABLE[k].start;
     d->phase = CREATED;
     d->stale = 1;

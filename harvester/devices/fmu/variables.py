@@ -59,6 +59,7 @@ OUTPUTS = (
     ),
     ("store_voltage", OUT.STORE, "volts", "V", "voltage across the circuit's capacitor"),
 )
+BESIDE_NETLIST = {"stored_energy": "energy in mass, springs and the piezo's capacitance"}
 OF_STOPS = ("impacts", "impact_time", "impact_speed", "base_impulse", "impact_energy")
 
 
@@ -113,7 +114,7 @@ def variables(problem: Problem, part: CompiledPart) -> list[Variable]:
                 name,
                 OUTPUT,
                 si,
-                meaning,
+                meaning if part.tables is None else BESIDE_NETLIST.get(name, meaning),
                 output=int(index),
                 of_part=unit,
                 integer=name == "impacts",

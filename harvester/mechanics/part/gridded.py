@@ -249,9 +249,9 @@ def advanced(w, words, until, stopping, load, grid):
         w[15] += 1.0
     w[17] = until
     keep_store(load, w)
-    if not is_solved(load):
-        return UNSOLVED
-    return DONE if kept(w, m) else FAILED
+    if not kept(w, m):  # no circuit has a solution at an infinite motion
+        return FAILED
+    return DONE if is_solved(load) else UNSOLVED
 
 
 @inlined

@@ -86,6 +86,7 @@ def _tables(tables: CircuitTables | None) -> Iterator[str]:
         index, volts = tables.volts.get(charge, (-1, 1.0))
         yield f"#define {name}_AT {index}"
         yield f"#define {name}_VOLTS {_c(volts)}"
+        yield f"#define LOAD_AT_{name} {_c(tables.load.get(charge, 0.0))}"
     yield f"#define VOLTAGES_AT {numbers.voltages_at}"
     for name, array in (*tables.arrays.items(), ("rest", tables.rest)):
         rows = ",\n    ".join(map(_c, [*array.ravel(), 0.0]))
