@@ -104,6 +104,11 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "curved_law": "the power is a sum of one parabola per key, by {runs} runs of {engine!r} on the "
     "same noise; 95 % of devices are within {missed!p} of it, by {sampled} sampled devices and two "
     "at the 5 % and 95 % powers",
+    "curved_law_at_corners": "the power is a sum of one parabola per key, by {runs} runs of "
+    "{engine!r} on the same noise; by two devices at the 5 % and 95 % powers and the curvature "
+    "along the keys, devices are within {missed!p} of it",
+    "curved_law_unchecked": "the power is a sum of one parabola per key, by {runs} runs of "
+    "{engine!r} on the same noise, which too few other devices check",
     "curved_law_and_rest": "the power is a sum of one parabola per key, by {runs} runs of "
     "{engine!r} on the same noise, and a polynomial through the rest of {sampled} sampled devices; "
     "95 % of devices are within {missed!p} of it",

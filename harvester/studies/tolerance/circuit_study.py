@@ -43,6 +43,7 @@ TRAJECTORIES = 512  # of each device, for an engine that computes several togeth
 SPENT = 0.9  # of the budget: when the last runs are to end
 # of the time that is left: what the first judged run, and a later one, may take
 FIRST_JUDGED, JUDGED_SHARE = 0.8, 0.7
+FLAT = 1e-6  # of the power in the middle: a smaller change by all slopes is rounding
 MARGIN = 1.2  # times the longest run of a kind, that another one may need
 
 
@@ -136,21 +137,22 @@ class CircuitStudy:
         """
         request = self.request
         at_once = self._at_once(cheap)
-        yield from self._runs(RunKind.CORNER, cheap, corners, min(at_once, len(corners)))
         judged = (
             replace(run, index=run.index + 1) for run in self._judged(engine, corners, JUDGED_SHARE)
         )
-        if self._has_time(RunKind.JUDGED):
-            yield from itertools.islice(judged, self._workers - 1)
         most = min(request.runs or RUNS * (1 + len(request.keys)), len(x))
-        enough = curved_law.PER_PLANE * (1 + len(request.keys))
+        enough = min(curved_law.PER_PLANE * (1 + len(request.keys)), most)
         size = min(at_once, -(-enough // self._workers))
         drawn = self._runs(RunKind.DRAWN, cheap, x[: most if self.draws else 0], size)
-        requested = 0
+        yield from self._runs(RunKind.CORNER, cheap, corners, min(at_once, len(corners)))
+        requested = n_judged = 0
         while True:
             run = None
-            if (requested >= enough or not self.draws) and self._has_time(RunKind.JUDGED):
+            # a few devices come first, then a judged run on each other core
+            ahead = curved_law.FEWEST if n_judged < self._workers - 1 else enough
+            if (requested >= ahead or not self.draws) and self._has_time(RunKind.JUDGED):
                 run = next(judged, None)
+                n_judged += run is not None
             if run is None and self._has_time(RunKind.DRAWN):
                 run = next(drawn, None)
                 requested += 0 if run is None else len(run.scenes)
@@ -169,7 +171,8 @@ class CircuitStudy:
     def _has_time(self, kind: Enum) -> bool:
         """Whether another run of a kind ends in time, by the longest of it or of the law."""
         known = self.seconds.get(kind) or self.seconds[RunKind.ALONE]
-        return MARGIN * max(known) < self._left
+        share = JUDGED_SHARE if kind is RunKind.JUDGED else 1.0
+        return MARGIN * max(known) < share * self._left
 
     def _compute(self, workers: DeviceWorkers, runs: Iterator[DeviceRun]) -> Iterator[Enum]:
         """Compute runs into ``done``, and yield the kind of each that is there."""
@@ -224,6 +227,12 @@ class CircuitStudy:
         devices = [*corners.values(), *drawn.values()]
         plain = {0: alone[0]} | {1 + k: answer for k, answer in corners.items()}
         pairs = [(answer, plain[k]) for k, answer in judged.items() if k in plain]
+        # a judged run that found no time for its judge has the cheap run's answer
+        pairs = [pair for pair in pairs if pair[0].mean_power.error95 is not None] or pairs
+        # for a law without slopes the corners are the middle, or anywhere
+        slopes = float(np.abs(laws["mean_power"].slopes) @ x.std(axis=0))
+        steep = slopes > FLAT * laws["mean_power"].value and len(corners) == len(steepest)
+        known = steep or len(drawn) >= curved_law.FEWEST
         off: dict[str, float | None] = {}
         values: dict[str, Floats] = {}
         failed = len(self.done.get(RunKind.DRAWN, {})) - len(drawn)
@@ -231,8 +240,8 @@ class CircuitStudy:
         many = x[: len(x) - lost]
         for quantity in QUANTITIES:
             law = laws[quantity]
-            if len(devices) > 1:
-                law = curved_law.checked(law, where, _values(devices, quantity), ends)
+            y = _values(devices, quantity)
+            law = curved_law.checked(law, where, y, ends, x, len(corners))
             ratio, level = _level(pairs, quantity)
             laws[quantity] = replace(law, ratio=ratio)
             errors = [
@@ -240,19 +249,18 @@ class CircuitStudy:
                 for low, high in zip(alone[1::2], alone[2::2], strict=True)
             ]
             noise = half95(curved_law.slopes_noise(law, errors, ends, x))
-            middle = float(law.value) or 1.0
-            share = (law.scatter + noise) / abs(middle)
-            off[quantity] = None if level is None or len(devices) < 2 else share + level
             values[quantity] = laws[quantity](many)
+            share = (law.scatter + noise) / _size(law, many)
+            off[quantity] = share + level if level is not None and known else None
         law = laws["mean_power"]
         by_judge = "checked_by_judged_runs" if off["mean_power"] is not None else "no_error_stated"
         checks = (
             note(
-                "curved_law" if law.rest is None else "curved_law_and_rest",
+                _code(law, len(drawn), known),
                 engine=name,
                 runs=len(alone),
                 sampled=len(drawn),
-                missed=law.scatter / abs(law.value),
+                missed=law.scatter / _size(law, many),
             ),
             note(by_judge, runs=len(pairs), ratio=law.ratio),
         )
@@ -268,6 +276,20 @@ class CircuitStudy:
         )
 
 
+def _size(law: CurvedLaw, x: Floats) -> float:
+    """The value to which errors are relative: the middle's, or the mean of devices if that is 0."""
+    return abs(law.value) or float(law(x).mean()) or 1.0
+
+
+def _code(law: CurvedLaw, sampled: int, known: bool) -> str:
+    """The code of the note on the law and on the origin of its error."""
+    if not known:
+        return "curved_law_unchecked"
+    if sampled < curved_law.FEWEST:
+        return "curved_law_at_corners"
+    return "curved_law" if law.rest is None else "curved_law_and_rest"
+
+
 def _values(answers: Sequence[Estimate], quantity: str) -> Floats:
     """A quantity of answers, shape (n,)."""
     return np.array([getattr(answer, quantity).value for answer in answers])
@@ -277,19 +299,19 @@ def _level(pairs: Sequence[tuple[Estimate, Estimate]], quantity: str) -> tuple[f
     """The mean ratio of judged answers to the others, and its relative error (None: unknown)."""
     from scipy.special import stdtrit
 
-    both = [(getattr(high, quantity), getattr(low, quantity).value) for high, low in pairs]
-    both = [(high, low) for high, low in both if low > 0.0 and high.value > 0.0]
+    both = [(getattr(high, quantity), getattr(low, quantity)) for high, low in pairs]
+    both = [(high, low) for high, low in both if low.value > 0.0 and high.value > 0.0]
     if not both:
         return 1.0, None
-    ratios = np.array([high.value / low for high, low in both])
+    ratios = np.array([high.value / low.value for high, low in both])
     errors = [None if high.error95 is None else high.error95 / high.value for high, _ in both]
     count = len(ratios)
     # another device differs by as much again, or by the error that the engine states for all
-    low = getattr(pairs[0][1], quantity)
-    width = max((low.model or 0.0) / low.value, float(np.abs(ratios - 1.0).max()))
+    model = both[0][1].model
+    width = max((model or 0.0) / both[0][1].value, float(np.abs(ratios - 1.0).max()))
     if count > 1:
         scatter = float(stdtrit(count - 1, 0.975) * ratios.std(ddof=1) * np.sqrt(1.0 + 1.0 / count))
-        width = scatter if low.model is None else min(scatter, width)
+        width = scatter if model is None else min(scatter, width)
     known = [error for error in errors if error is not None]
     return float(ratios.mean()), None if not known else width + max(known)
 

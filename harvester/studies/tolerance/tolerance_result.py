@@ -34,6 +34,9 @@ CHECKS = (
     "polynomial_stands_for_others",
     "linear_law",
     "curved_law",
+    "curved_law_and_rest",
+    "curved_law_at_corners",
+    "curved_law_unchecked",
     "checked_by_judged_runs",
 )
 NO_SHARES = ("no_shares_correlated", "no_shares_library", "no_shares_constant")

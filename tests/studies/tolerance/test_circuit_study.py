@@ -1,0 +1,130 @@
+"""The study of a netlist within a budget, by engines that are formulas of the keys."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.answers.estimate import Estimate
+from harvester.errors import SimulationError
+from harvester.studies.tolerance.circuit_study import CircuitStudy
+from harvester.studies.tolerance.spreads import spreads
+from harvester.studies.tolerance.study import ToleranceRequest
+from harvester.studies.tolerance.tolerance_result import ToleranceResult
+from tests.support.paths import ROOT
+
+PLATE = hv.load(ROOT / "examples" / "plate.toml")
+VARY = {"piezo.capacitance": "20%", "oscillator.damping": "20%"}
+MIDDLE = np.array([PLATE.piezo.capacitance, PLATE.oscillator.damping])
+
+
+def joint(a, b):
+    """A power whose keys act together."""
+    return 1e-6 * (1.0 + a + b + 4.0 * a * b)
+
+
+@dataclass(frozen=True)
+class Formula:
+    """An engine whose power is a formula of the two keys' relative changes."""
+
+    power: object = joint
+    judged: bool = True
+    budget: float | None = None
+    within: float | None = None
+    trajectories: int | None = None
+    # of the judged runs: their power over the others, and how many know their error
+    ratio: float = 1.1
+    knows: int = 100
+    calls: list = field(default_factory=list)
+
+    NAME = "slow"
+
+    def many_at_once(self, problem):
+        """One by one."""
+        return 1
+
+    def run_many(self, scenes):
+        """The answers, or an error where the power is None."""
+        return [self._answer(scene) for scene in scenes]
+
+    def _answer(self, scene):
+        at = np.array([scene.piezo.capacitance, scene.oscillator.damping]) / MIDDLE - 1.0
+        power = self.power(*at)
+        if power is None:
+            return SimulationError("no answer here")
+        self.calls.append(self.judged)
+        known = self.judged and sum(self.calls) <= self.knows
+        power *= self.ratio if known else 1.0
+        parts = {"model": 0.01 * power} if known else {"unknown": "the model" * self.judged}
+        value = hv.Value(power, **parts)
+        return Estimate(
+            engine=self.NAME,
+            physical=True,
+            mean_power=value,
+            mean_square_voltage=value,
+            nondimensional={},
+            effects=(),
+            seconds=0.0,
+            steps=0,
+        )
+
+
+def request(**changes):
+    """A study of 256 devices."""
+    asked = ToleranceRequest(
+        scene=PLATE,
+        spreads=spreads(VARY, PLATE),
+        matrix=None,
+        limits=(),
+        lifetime=None,
+        samples=256,
+        runs=None,
+        checks=None,
+        within=None,
+        seed=0,
+    )
+    return replace(asked, **changes)
+
+
+def study(engine, budget=60.0, draws=True, **changes):
+    """The result of a study in this process."""
+    asked = request(**changes)
+    execution = hv.Execution(workers=1)
+    runs = CircuitStudy(asked, execution, budget, draws=draws).run(engine)
+    return ToleranceResult.of(asked, runs, 0.0), runs
+
+
+def relative(x):
+    """The relative changes of the keys."""
+    return (x / MIDDLE - 1.0).T
+
+
+def test_devices_are_those_of_the_formula():
+    """The level by the judge, and a polynomial through the joint contribution of both keys."""
+    found, _ = study(Formula())
+    assert found.power == pytest.approx(1.1 * joint(*relative(found.samples)), rel=2e-3)
+    assert "polynomial through the rest" in found.error_from
+    assert "1.1 times the others" in found.error_from
+
+
+def test_a_judge_without_time_does_not_set_the_level():
+    """Its answer is the cheap one, with a ratio of 1 that would halve the correction."""
+    found, runs = study(Formula(knows=1))
+    assert runs.samples.ratio == pytest.approx(1.1)
+    assert found.off is not None and "from 1 run" in found.error_from
+
+
+def test_corners_in_the_middle_check_nothing():
+    """Without sampled devices, and without a slope, the error is not known."""
+    found, _ = study(Formula(lambda a, b: 1e-6 * (1.0 + 9.0 * a * b)), draws=False)
+    assert found.off is None and found.unexplained == 1.0
+    found, _ = study(Formula(lambda a, b: 1e-6 * (1.0 + a - 3.0 * a * a)), draws=False)
+    assert found.off > 0.1
+
+
+def test_a_middle_without_power_has_an_answer():
+    """A division by its power would end the study."""
+    found, _ = study(Formula(lambda a, b: 1e-6 * max(a + b - 0.01, 0.0)))
+    assert found.nominal == 0.0 and np.isfinite(found.power).all()
+    assert found.off is None or found.off > 0.1
