@@ -33,6 +33,7 @@ from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.scene.scene import Scene
 from harvester.studies.tolerance import curved_law, design
 from harvester.studies.tolerance.curved_law import CurvedLaw
+from harvester.studies.tolerance.distribution import wilson
 from harvester.studies.tolerance.first_order import FAR, error_of_difference
 from harvester.studies.tolerance.samples import QUANTITIES, Samples
 from harvester.studies.tolerance.study import RUNS, ToleranceRequest, ToleranceRuns
@@ -230,13 +231,15 @@ class CircuitStudy:
         # a judged run that found no time for its judge has the cheap run's answer
         pairs = [pair for pair in pairs if pair[0].mean_power.error95 is not None] or pairs
         # for a law without slopes the corners are the middle, or anywhere
-        slopes = float(np.abs(laws["mean_power"].slopes) @ x.std(axis=0))
-        steep = slopes > FLAT * laws["mean_power"].value and len(corners) == len(steepest)
-        known = steep or len(drawn) >= curved_law.FEWEST
+        moved = float(np.abs(laws["mean_power"].slopes) @ x.std(axis=0))
+        steep = moved > FLAT * laws["mean_power"].value and len(corners) == len(steepest)
+        is_checked = steep or len(drawn) >= curved_law.FEWEST
         off: dict[str, float | None] = {}
         values: dict[str, Floats] = {}
+        least: dict[str, float] = {}
         failed = len(self.done.get(RunKind.DRAWN, {})) - len(drawn)
-        lost = round(failed / max(len(drawn) + failed, 1) * len(x))
+        # two devices at least have a value: the interval of the share states what is not known
+        lost = min(round(failed / max(len(drawn) + failed, 1) * len(x)), len(x) - 2)
         many = x[: len(x) - lost]
         for quantity in QUANTITIES:
             law = laws[quantity]
@@ -250,13 +253,15 @@ class CircuitStudy:
             ]
             noise = half95(curved_law.slopes_noise(law, errors, ends, x))
             values[quantity] = laws[quantity](many)
+            # the scatter is the same of strong and weak devices
+            least[quantity] = ratio * _size(law, many)
             share = (law.scatter + noise) / _size(law, many)
-            off[quantity] = share + level if level is not None and known else None
+            off[quantity] = share + level if level is not None and is_checked else None
         law = laws["mean_power"]
         by_judge = "checked_by_judged_runs" if off["mean_power"] is not None else "no_error_stated"
         checks = (
             note(
-                _code(law, len(drawn), known),
+                _code(law, len(drawn), is_checked),
                 engine=name,
                 runs=len(alone),
                 sampled=len(drawn),
@@ -265,11 +270,20 @@ class CircuitStudy:
             note(by_judge, runs=len(pairs), ratio=law.ratio),
         )
         return ToleranceRuns(
-            samples=Samples(name, values, np.ones(len(many), dtype=bool), off, checks, law.ratio),
+            samples=Samples(
+                engine=name,
+                values=values,
+                served=np.ones(len(many), dtype=bool),
+                off=off,
+                checks=checks,
+                ratio=law.ratio,
+                least=least,
+            ),
             x=many,
             surface=law,
             alone=law.ratio * _values(alone, "mean_power"),
             failed=lost,
+            failed_share=wilson(failed, failed + len(drawn)) if failed else None,
             warnings=tuple(_remarks(judged, self.done.get(RunKind.DRAWN, {}))),
             peaks={},
             peaks_off={},
@@ -281,11 +295,11 @@ def _size(law: CurvedLaw, x: Floats) -> float:
     return abs(law.value) or float(law(x).mean()) or 1.0
 
 
-def _code(law: CurvedLaw, sampled: int, known: bool) -> str:
+def _code(law: CurvedLaw, n_sampled: int, is_checked: bool) -> str:
     """The code of the note on the law and on the origin of its error."""
-    if not known:
+    if not is_checked:
         return "curved_law_unchecked"
-    if sampled < curved_law.FEWEST:
+    if n_sampled < curved_law.FEWEST:
         return "curved_law_at_corners"
     return "curved_law" if law.rest is None else "curved_law_and_rest"
 

@@ -92,7 +92,7 @@ def checked(
 ) -> CurvedLaw:
     """The law with its scatter and its rest, by the answers ``y`` of devices at ``x``, (n, keys).
 
-    The first ``corners`` of them are `steepest`, which are no sample of the ``devices``: their
+    The first ``corners`` of them are `steepest`, which were chosen rather than sampled: their
     distance from the law is the least scatter.  With fewer than `FEWEST` sampled devices the
     contribution of the curvatures, within which 95 % of ``devices`` lie, adds to the scatter.
     ``held`` are the keys' values of the law's runs, without a rest.
@@ -102,9 +102,9 @@ def checked(
     if not len(y):
         return replace(law, unexplained=1.0)
     off = y - law(x)
-    sampled = off[corners:]
-    count = len(sampled)
-    spread = float(np.sqrt(np.mean((sampled if count else off) ** 2)))
+    by_sample = off[corners:]
+    count = len(by_sample)
+    spread = float(np.sqrt(np.mean((by_sample if count else off) ** 2)))
     scatter = 0.0
     if count:
         scatter = float(stdtrit(count, 0.975)) * spread * float(np.sqrt(1.0 + 1.0 / count))
@@ -117,9 +117,10 @@ def checked(
         return plain
     # a rest of the sum below 0 too, to which it is added
     beyond = y - law.sum_at(x)
-    places = np.vstack([x[corners:], x[:corners], held])
     rest = fit(
-        places, np.concatenate([beyond[corners:], beyond[:corners], np.zeros(len(held))]), count
+        np.vstack([x[corners:], x[:corners], held]),
+        np.concatenate([beyond[corners:], beyond[:corners], np.zeros(len(held))]),
+        count,
     )
     if rest.scatter >= spread:
         return plain

@@ -9,6 +9,7 @@ import harvester as hv
 from harvester.answers.estimate import Estimate
 from harvester.errors import SimulationError
 from harvester.studies.tolerance.circuit_study import CircuitStudy
+from harvester.studies.tolerance.device_limits import parse
 from harvester.studies.tolerance.spreads import spreads
 from harvester.studies.tolerance.study import ToleranceRequest
 from harvester.studies.tolerance.tolerance_result import ToleranceResult
@@ -128,3 +129,28 @@ def test_a_middle_without_power_has_an_answer():
     found, _ = study(Formula(lambda a, b: 1e-6 * max(a + b - 0.01, 0.0)))
     assert found.nominal == 0.0 and np.isfinite(found.power).all()
     assert found.off is None or found.off > 0.1
+
+
+def test_the_error_of_a_weak_device_is_that_of_others():
+    """The law of a sharp peak is clipped at 0: an interval of no width there would be wrong."""
+    found, _ = study(
+        Formula(lambda a, b: 1e-6 / (1.0 + (a / 0.05) ** 2) / (1.0 + (b / 0.05) ** 2)),
+        limits=(parse("mean_power > 0.02 uW"), parse("voltage_rms > 0.1 mV")),
+        runs=40,
+    )
+    weak = found.quantiles[0.05]
+    assert weak.high - weak.value > 0.5 * found.off * found.nominal
+    expected = 1e-6 / np.prod(1.0 + (relative(found.samples) / 0.05) ** 2, axis=0)
+    assert found.met_each[0].low <= (1.1 * expected > 0.02e-6).mean() <= found.met_each[0].high
+    assert found.voltages[0.05].high >= np.sqrt(weak.high) * (1.0 - 1e-9)
+
+
+def test_failures_at_a_few_devices_do_not_fix_the_yield():
+    """The share that fails is known from few devices: its interval is in that of the yield."""
+    limits = (parse("mean_power > 0.1 uW"),)
+    broken = Formula(lambda a, b: None if 0.05 < a < 0.1 and abs(b) > 0.01 else joint(a, b))
+    found, runs = study(broken, limits=limits, runs=16)
+    assert runs.failed > 0 and found.met.high - found.met.low > 0.2
+    all_lost = Formula(lambda a, b: None if abs(a * b) > 1e-9 else joint(a, b))
+    found, runs = study(all_lost, limits=limits, runs=16)
+    assert found.sample_count == 256 and found.met.low < 0.5

@@ -66,7 +66,7 @@ def test_a_rest_belongs_to_the_sum_that_may_be_below_zero():
 
 
 def test_places_that_show_nothing_do_not_make_the_scatter_small():
-    """Both corners are exact: they are no sample, and the curvatures state the error of few devices."""
+    """Both corners are exact: they do not count as sampled, and the curvatures state the error of few devices."""
     law = curved_law.through_ends(ENDS, joint(ENDS))
     corners = np.array([[1.0, 2.0], [1.0, 2.0]])
     x = np.vstack([corners, DEVICES[:6]])
