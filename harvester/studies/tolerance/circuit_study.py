@@ -25,13 +25,12 @@ from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines.device_runs import DeviceRun, DeviceWorkers
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError
-from harvester.machine.cores import cores
+from harvester.errors import HarvesterError, InputError
 from harvester.machine.execution import Execution
 from harvester.machine.progress import remark
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.scene.scene import Scene
-from harvester.studies.tolerance import curved_law, design
+from harvester.studies.tolerance import answer_levels, curved_law, design
 from harvester.studies.tolerance.curved_law import CurvedLaw
 from harvester.studies.tolerance.distribution import wilson
 from harvester.studies.tolerance.first_order import FAR, error_of_difference
@@ -44,6 +43,7 @@ TRAJECTORIES = 512  # of each device, for an engine that computes several togeth
 SPENT = 0.9  # of the budget: when the last runs are to end
 # of the time that is left: what the first judged run, and a later one, may take
 FIRST_JUDGED, JUDGED_SHARE = 0.8, 0.7
+LATE = 1.1  # of the budget: a study that needs longer says so
 FLAT = 1e-6  # of the power in the middle: a smaller change by all slopes is rounding
 MARGIN = 1.2  # times the longest run of a kind, that another one may need
 
@@ -67,12 +67,17 @@ def is_study_of_circuit(engine: Any) -> bool:
 
 @dataclass
 class CircuitStudy:
-    """A study within ``budget`` seconds; without ``draws`` no devices are sampled."""
+    """A study within ``budget`` seconds; without ``draws`` no devices are sampled.
+
+    If it ``fills`` the budget, devices are sampled until it is spent, rather than as many as a
+    study by counts computes.
+    """
 
     request: ToleranceRequest
     execution: Execution
     budget: float
     draws: bool = True
+    fills: bool = False
     done: Answers = field(default_factory=dict)
     seconds: dict[Enum, list[float]] = field(default_factory=dict)
 
@@ -85,11 +90,13 @@ class CircuitStudy:
         request = self.request
         x = design.values_at(request.spreads, request.u)
         ends = design.values_at(request.spreads, design.one_by_one(len(request.keys)))
+        self._check_devices(np.vstack([ends, x]))
         cheap = replace(engine, judged=False)
         if self._at_once(cheap) > 1 and cheap.trajectories is None:
             cheap = replace(cheap, trajectories=TRAJECTORIES)
         remark(self.execution.progress, note("law_in_budget", budget=self.budget))
         with contextlib.closing(DeviceWorkers(self.execution)) as workers:
+            self._workers = workers.count
             size = min(self._at_once(cheap), -(-len(ends) // self._workers))
             first = self._judged(engine, ends[:1], FIRST_JUDGED)
             runs = [first, self._runs(RunKind.ALONE, cheap, ends, size)]
@@ -100,7 +107,8 @@ class CircuitStudy:
                     remark(self.execution.progress, self._first_answer(ends, x))
             alone = [self._known(RunKind.ALONE, k) for k in range(len(ends))]
             laws = {
-                name: curved_law.through_ends(ends, _values(alone, name)) for name in QUANTITIES
+                name: curved_law.through_ends(ends, answer_levels.values(alone, name))
+                for name in QUANTITIES
             }
             corners = curved_law.steepest(laws["mean_power"], x, FAR)
             for _ in self._compute(workers, self._later(cheap, engine, corners, x)):
@@ -117,6 +125,28 @@ class CircuitStudy:
             dict(zip(self.request.keys, map(float, values), strict=True))
         )
 
+    def _check_devices(self, values: Floats) -> None:
+        """InputError for a device that cannot be, before any is computed.
+
+        ``values`` are the keys' values of all devices, (n, keys), of which those with the least or
+        the largest value of a key are checked.
+        """
+        spreads = self.request.spreads
+        extreme = np.concatenate([values.argmin(axis=0), values.argmax(axis=0)])
+        for row in values[extreme]:
+            try:
+                Problem(self._scene(row))
+            except InputError as error:
+                raise InputError(f"`vary` must allow all devices, but of one {error}") from None
+        for spread, least in zip(spreads, values.min(axis=0), strict=True):
+            part = spread.key.removeprefix("load.parameters.")
+            is_part = part != spread.key and part[0].upper() in "RCL"
+            if is_part and least <= 0.0 < spread.at(np.array(0.5)):
+                raise InputError(
+                    f"`vary` must keep {spread.key} above 0, but {spread.written!r} reaches "
+                    f"{least:.3g}"
+                )
+
     def _runs(self, kind: Enum, engine: Any, values: Floats, size: int = 1) -> Iterator[DeviceRun]:
         """Runs of an engine at keys' values, shape (n, keys), ``size`` of them at a time."""
         for first in range(0, len(values), size):
@@ -128,6 +158,8 @@ class CircuitStudy:
         within = self.request.within
         judge = engine if within is None else replace(engine, within=within)
         for run in self._runs(RunKind.JUDGED, judge, values):
+            if self._left <= 0.0:
+                return
             yield replace(run, engine=replace(judge, budget=max(share * self._left, 1.0)))
 
     def _later(self, cheap: Any, engine: Any, corners: Floats, x: Floats) -> Iterator[DeviceRun]:
@@ -141,11 +173,13 @@ class CircuitStudy:
         judged = (
             replace(run, index=run.index + 1) for run in self._judged(engine, corners, JUDGED_SHARE)
         )
-        most = min(request.runs or RUNS * (1 + len(request.keys)), len(x))
+        most = len(x) if self.fills else request.runs or RUNS * (1 + len(request.keys))
+        most = min(most, len(x))
         enough = min(curved_law.PER_PLANE * (1 + len(request.keys)), most)
         size = min(at_once, -(-enough // self._workers))
         drawn = self._runs(RunKind.DRAWN, cheap, x[: most if self.draws else 0], size)
-        yield from self._runs(RunKind.CORNER, cheap, corners, min(at_once, len(corners)))
+        at_corners = self._runs(RunKind.CORNER, cheap, corners, min(at_once, len(corners)))
+        yield from itertools.takewhile(lambda _: self._left > 0.0, at_corners)
         requested = n_judged = 0
         while True:
             run = None
@@ -164,10 +198,6 @@ class CircuitStudy:
     def _at_once(self, cheap: Any) -> int:
         """How many devices an engine computes together, for less than one by one."""
         return int(cheap.many_at_once(Problem(self.request.scene)))
-
-    @property
-    def _workers(self) -> int:
-        return self.execution.workers or cores()
 
     def _has_time(self, kind: Enum) -> bool:
         """Whether another run of a kind ends in time, by the longest of it or of the law."""
@@ -199,13 +229,19 @@ class CircuitStudy:
         Raises the error of a key's end.
         """
         alone = [self._known(RunKind.ALONE, k) for k in range(len(ends))]
-        law = curved_law.through_ends(ends, _values(alone, "mean_power"))
+        law = curved_law.through_ends(ends, answer_levels.values(alone, "mean_power"))
         low, middle, high = np.quantile(law(x), (0.01, 0.5, 0.99))
         blame = self.request.keys[int(np.argmax(np.abs(law.slopes) * x.std(axis=0)))]
         unit = "W" if self.request.scene.physical else ""
         powers = {"low": low, "middle": middle, "high": high}
         numbers = {name: amount(float(power), unit) for name, power in powers.items()}
         return note("first_answer", seconds=time.monotonic() - self.begin, key=blame, **numbers)
+
+    def _over_budget(self) -> Iterator[Diagnostic]:
+        """A warning if the runs that every answer needs took longer than the budget."""
+        spent = time.monotonic() - self.begin
+        if spent > LATE * self.budget:
+            yield warning("over_budget", seconds=spent, budget=self.budget)
 
     def _served(self, kind: Enum) -> dict[int, Estimate]:
         """The answers of a kind by their index, without errors."""
@@ -243,9 +279,9 @@ class CircuitStudy:
         many = x[: len(x) - lost]
         for quantity in QUANTITIES:
             law = laws[quantity]
-            y = _values(devices, quantity)
+            y = answer_levels.values(devices, quantity)
             law = curved_law.checked(law, where, y, ends, x, len(corners))
-            ratio, level = _level(pairs, quantity)
+            ratio, level = answer_levels.level(pairs, quantity)
             laws[quantity] = replace(law, ratio=ratio)
             errors = [
                 error_of_difference(low, high, quantity)
@@ -254,18 +290,18 @@ class CircuitStudy:
             noise = half95(curved_law.slopes_noise(law, errors, ends, x))
             values[quantity] = laws[quantity](many)
             # the scatter is the same of strong and weak devices
-            least[quantity] = ratio * _size(law, many)
-            share = (law.scatter + noise) / _size(law, many)
+            least[quantity] = ratio * answer_levels.size(law, many)
+            share = (law.scatter + noise) / answer_levels.size(law, many)
             off[quantity] = share + level if level is not None and is_checked else None
         law = laws["mean_power"]
         by_judge = "checked_by_judged_runs" if off["mean_power"] is not None else "no_error_stated"
         checks = (
             note(
-                _code(law, len(drawn), is_checked),
+                answer_levels.code(law, len(drawn), is_checked),
                 engine=name,
                 runs=len(alone),
                 sampled=len(drawn),
-                missed=law.scatter / _size(law, many),
+                missed=law.scatter / answer_levels.size(law, many),
             ),
             note(by_judge, runs=len(pairs), ratio=law.ratio),
         )
@@ -281,53 +317,13 @@ class CircuitStudy:
             ),
             x=many,
             surface=law,
-            alone=law.ratio * _values(alone, "mean_power"),
+            alone=law.ratio * answer_levels.values(alone, "mean_power"),
             failed=lost,
             failed_share=wilson(failed, failed + len(drawn)) if failed else None,
-            warnings=tuple(_remarks(judged, self.done.get(RunKind.DRAWN, {}))),
+            warnings=(*self._over_budget(), *_remarks(judged, self.done.get(RunKind.DRAWN, {}))),
             peaks={},
             peaks_off={},
         )
-
-
-def _size(law: CurvedLaw, x: Floats) -> float:
-    """The value to which errors are relative: the middle's, or the mean of devices if that is 0."""
-    return abs(law.value) or float(law(x).mean()) or 1.0
-
-
-def _code(law: CurvedLaw, n_sampled: int, is_checked: bool) -> str:
-    """The code of the note on the law and on the origin of its error."""
-    if not is_checked:
-        return "curved_law_unchecked"
-    if n_sampled < curved_law.FEWEST:
-        return "curved_law_at_corners"
-    return "curved_law" if law.rest is None else "curved_law_and_rest"
-
-
-def _values(answers: Sequence[Estimate], quantity: str) -> Floats:
-    """A quantity of answers, shape (n,)."""
-    return np.array([getattr(answer, quantity).value for answer in answers])
-
-
-def _level(pairs: Sequence[tuple[Estimate, Estimate]], quantity: str) -> tuple[float, float | None]:
-    """The mean ratio of judged answers to the others, and its relative error (None: unknown)."""
-    from scipy.special import stdtrit
-
-    both = [(getattr(high, quantity), getattr(low, quantity)) for high, low in pairs]
-    both = [(high, low) for high, low in both if low.value > 0.0 and high.value > 0.0]
-    if not both:
-        return 1.0, None
-    ratios = np.array([high.value / low.value for high, low in both])
-    errors = [None if high.error95 is None else high.error95 / high.value for high, _ in both]
-    count = len(ratios)
-    # another device differs by as much again, or by the error that the engine states for all
-    model = both[0][1].model
-    width = max((model or 0.0) / both[0][1].value, float(np.abs(ratios - 1.0).max()))
-    if count > 1:
-        scatter = float(stdtrit(count - 1, 0.975) * ratios.std(ddof=1) * np.sqrt(1.0 + 1.0 / count))
-        width = scatter if model is None else min(scatter, width)
-    known = [error for error in errors if error is not None]
-    return float(ratios.mean()), None if not known else width + max(known)
 
 
 def _remarks(

@@ -132,6 +132,13 @@ def test_a_time_that_has_no_meaning_is_refused(scene, options, line):
         hv.tolerance(scene, vary={"piezo.capacitance": "5%"}, **options)
 
 
+def test_first_order_has_nothing_to_resume(tmp_path):
+    """It would be computed anew, by a judged engine and without the budget."""
+    execution = hv.Execution(out=tmp_path, resume=True)
+    with pytest.raises(hv.InputError, match="`resume` must be left out with `runs` 'first-order'"):
+        hv.tolerance(BOARD, vary=PARTS, runs="first-order", execution=execution)
+
+
 def test_command_takes_a_budget_or_runs(harvester):
     """Not both, and a budget is a time."""
     words = ("tolerance", BOARD, "--vary", "load.parameters.R4=5%", "--budget")

@@ -8,6 +8,7 @@ import pytest
 import harvester as hv
 from harvester.answers.estimate import Estimate
 from harvester.errors import SimulationError
+from harvester.presentation.diagnostic import has
 from harvester.studies.tolerance.circuit_study import CircuitStudy
 from harvester.studies.tolerance.device_limits import parse
 from harvester.studies.tolerance.spreads import spreads
@@ -154,3 +155,38 @@ def test_failures_at_a_few_devices_do_not_fix_the_yield():
     all_lost = Formula(lambda a, b: None if abs(a * b) > 1e-9 else joint(a, b))
     found, runs = study(all_lost, limits=limits, runs=16)
     assert found.sample_count == 256 and found.met.low < 0.5
+
+
+def test_a_device_that_cannot_be_is_refused_before_any_is_computed():
+    """A negative capacitance at some device, and a negative resistance of a part."""
+    engine = Formula()
+    wide = spreads({"piezo.capacitance": "normal:58%", "oscillator.damping": "5%"}, PLATE)
+    with pytest.raises(
+        hv.InputError, match=r"`vary` must allow all devices, but of one piezo\.cap"
+    ):
+        study(engine, spreads=wide, samples=2048)
+    bridge = PLATE.with_load(hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "20 nF"}))
+    wide = spreads({"load.parameters.R": "normal:58%"}, bridge)
+    with pytest.raises(
+        hv.InputError, match=r"`vary` must keep load\.parameters\.R above 0, but 'n"
+    ):
+        study(engine, spreads=wide, scene=bridge, samples=2048)
+    assert not engine.calls
+
+
+def test_a_budget_that_is_spent_has_no_more_runs_and_says_so():
+    """The keys' ends alone: no corner, judge or device, and a warning."""
+    engine = Formula()
+    found, _ = study(engine, budget=1e-4)
+    assert len(engine.calls) == 5 and found.off is None
+    assert has(found.warnings, "over_budget")
+
+
+def test_a_budget_is_filled_with_devices():
+    """More than the 24 of each key, if there is time; for the judge as well, if all devices are few."""
+    asked = request(samples=200)
+    engine = Formula()
+    runs = CircuitStudy(asked, hv.Execution(workers=1), 60.0, fills=True).run(engine)
+    assert runs.samples.checks[0].numbers["sampled"] == 200
+    found, _ = study(Formula(), samples=16)
+    assert found.off is not None and "from 3 runs" in found.error_from
