@@ -107,7 +107,7 @@ def test_first_order_of_a_board_has_no_sampled_devices():
     execution = hv.Execution(workers=1)
     vary = {"load.parameters.C1": "20%"}
     found = hv.tolerance(BOARD, vary=vary, runs="first-order", samples=64, execution=execution)
-    check = next(d for d in found.diagnostics if d.code == "curved_law")
+    check = next(d for d in found.diagnostics if d.code == "curved_law_at_corners")
     assert (check.numbers["sampled"], check.numbers["runs"]) == (0, 3)
 
 
