@@ -231,7 +231,9 @@ class CircuitStudy:
         alone = [self._known(RunKind.ALONE, k) for k in range(len(ends))]
         law = curved_law.through_ends(ends, answer_levels.values(alone, "mean_power"))
         low, middle, high = np.quantile(law(x), (0.01, 0.5, 0.99))
-        blame = self.request.keys[int(np.argmax(np.abs(law.slopes) * x.std(axis=0)))]
+        away = x - law.middle
+        each = away * law.slopes + away**2 * law.curvatures
+        blame = self.request.keys[int(np.argmax(each.std(axis=0)))]
         unit = "W" if self.request.scene.physical else ""
         powers = {"low": low, "middle": middle, "high": high}
         numbers = {name: amount(float(power), unit) for name, power in powers.items()}
