@@ -80,7 +80,8 @@ if TYPE_CHECKING:
     cloup.option(
         "--budget",
         metavar="TIME",
-        help="Time for a netlist: each part alone, then checks and samples.  Default: 60s.",
+        help="Time for a netlist: each part alone, then checks and samples.  Not with --runs, --checks, "
+        "--lifetime or --resume.  Default: 60s.",
     ),
     cloup.option(
         "--checks",

@@ -2,8 +2,8 @@
 
 import time
 from collections import deque
-from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from collections.abc import Collection, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -15,6 +15,12 @@ from harvester.machine import processes
 from harvester.machine.cores import cores, limited_environment
 from harvester.machine.execution import Execution
 from harvester.scene.scene import Scene
+
+PATIENCE = 20.0  # seconds that a scheduler may be without workers
+LOOK = 1.0  # seconds without an answer after which the workers are counted
+GONE = (CancelledError, BrokenExecutor, RuntimeError)  # what an executor states that is no more
+
+DISAPPEARED = "the executor has disappeared: start another"
 
 
 @dataclass(frozen=True)
@@ -47,11 +53,28 @@ def compute(run: DeviceRun) -> DeviceAnswer:
     return DeviceAnswer(run, tuple(answers), time.monotonic() - begin)
 
 
+def _lost(run: DeviceRun, error: BaseException) -> DeviceAnswer:
+    """The answer of a run that a worker did not end."""
+    lost = SimulationError(f"its worker process ended: {type(error).__name__}: {error}")
+    return DeviceAnswer(run, (lost,) * len(run.scenes), 0.0)
+
+
+def _answer_of(run: DeviceRun, job: "Future[DeviceAnswer]") -> DeviceAnswer:
+    """The answer of a run by an executor; SimulationError if this has disappeared."""
+    try:
+        return job.result()
+    except GONE:  # no error of the run, which is in its answer
+        raise SimulationError(DISAPPEARED) from None
+    except Exception as error:  # Dask's, of a run that ended several workers
+        return _lost(run, error)
+
+
 class DeviceWorkers:
     """Workers until `close`: processes of this machine, or those of an executor."""
 
     def __init__(self, execution: Execution) -> None:
         client: Any = execution.executor
+        self._client = client
         self._executor = client
         self.count = execution.workers or cores()
         if hasattr(client, "get_executor"):  # of a Dask scheduler
@@ -66,10 +89,13 @@ class DeviceWorkers:
         return map(compute, runs) if self.count == 1 else self._in_processes(runs)
 
     def _in_processes(self, runs: Iterator[DeviceRun]) -> Iterator[DeviceAnswer]:
+        """The answers of processes; a run whose process ended is tried once more."""
         env = limited_environment(max(1, cores() // self.count))
+        again: deque[DeviceRun] = deque()
+        repeated: list[DeviceRun] = []
 
         def start() -> Any:
-            run = next(runs, None)
+            run = again.popleft() if again else next(runs, None)
             if run is None:
                 return None
             return run, *processes.submit_to_one(
@@ -80,25 +106,50 @@ class DeviceWorkers:
             if (error := job.exception()) is None:
                 self._idle.append(process)
                 yield job.result()
+                continue
+            processes.kill(process)
+            if any(run is before for before in repeated):
+                yield _lost(run, error)
             else:
-                processes.kill(process)
-                lost = SimulationError(f"its worker process ended: {error}")
-                yield DeviceAnswer(run, (lost,) * len(run.scenes), 0.0)
+                repeated.append(run)
+                again.append(run)
 
     def _by_executor(self, runs: Iterator[DeviceRun]) -> Iterator[DeviceAnswer]:
-        pending: deque[Future[DeviceAnswer]] = deque()
+        """The answers of an executor, which itself repeats runs of lost workers, if it does.
+
+        Raises SimulationError if it disappears, or has no worker for `PATIENCE`.
+        """
+        pending: dict[Future[DeviceAnswer], DeviceRun] = {}
         try:
             while True:
                 while len(pending) < self.count and (run := next(runs, None)) is not None:
-                    pending.append(self._executor.submit(compute, run))
+                    pending[self._submit(run)] = run
                 if not pending:
                     return
-                for job in wait(pending, return_when=FIRST_COMPLETED).done:
-                    pending.remove(job)
-                    yield job.result()
+                for job in self._first_done(pending):
+                    run = pending.pop(job)
+                    yield _answer_of(run, job)
         finally:
             for job in pending:
                 job.cancel()
+
+    def _submit(self, run: DeviceRun) -> "Future[DeviceAnswer]":
+        try:
+            job: Future[DeviceAnswer] = self._executor.submit(compute, run)
+        except GONE:
+            raise SimulationError(DISAPPEARED) from None
+        return job
+
+    def _first_done(self, pending: Collection[Future[DeviceAnswer]]) -> set[Future[DeviceAnswer]]:
+        """The jobs that are done, one or more."""
+        seen = time.monotonic()
+        while True:
+            if done := wait(pending, LOOK, return_when=FIRST_COMPLETED).done:
+                return done
+            if not hasattr(self._client, "nthreads") or self._client.nthreads():
+                seen = time.monotonic()
+            elif time.monotonic() - seen > PATIENCE:
+                raise SimulationError("the Dask scheduler has lost all its workers: start some")
 
     def close(self) -> None:
         """End the processes."""

@@ -1,7 +1,10 @@
 """Runs of engines for devices: the same answers by this process, by workers and by an executor."""
 
 import contextlib
-from concurrent.futures import ThreadPoolExecutor
+import os
+import pathlib
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from dataclasses import dataclass
 from enum import Enum
 
 import pytest
@@ -44,3 +47,58 @@ def test_whoever_computes_the_answers_are_the_same():
     assert computed(hv.Execution(workers=2)) == alone
     with ThreadPoolExecutor(2) as executor:
         assert computed(hv.Execution(executor=executor)) == alone
+
+
+class Broken:
+    """An executor whose runs all end by an error of its own."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def submit(self, *_):
+        """A job with the error."""
+        job = Future()
+        job.set_exception(self.error)
+        return job
+
+
+class KilledWorker(Exception):
+    """Dask's, of a run that ended several workers."""
+
+
+def test_errors_of_an_executor_are_no_traceback():
+    """A run that ends its workers is an error of that run; an executor that is no more ends the study in one line."""
+    found = computed(hv.Execution(executor=Broken(KilledWorker("three times"))))
+    assert len(found) == 4 and all(issubclass(answer, HarvesterError) for answer in found.values())
+    with pytest.raises(hv.SimulationError, match="the executor has disappeared"):
+        computed(hv.Execution(executor=Broken(CancelledError())))
+    ended = ThreadPoolExecutor(1)
+    ended.shutdown()
+    with pytest.raises(hv.SimulationError, match="the executor has disappeared"):
+        computed(hv.Execution(executor=ended))
+
+
+@dataclass(frozen=True)
+class Dies:
+    """An engine whose process ends until a number of files is there."""
+
+    folder: str
+    times: int
+
+    def run_many(self, scenes):
+        """An answer, or the end of the process."""
+        before = len(list(pathlib.Path(self.folder).iterdir()))
+        if before < self.times:
+            (pathlib.Path(self.folder) / str(before)).touch()
+            os._exit(1)
+        return hv.Averaged().run_many(scenes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("times", [1, 2])
+def test_a_run_whose_process_ends_is_tried_once_more(tmp_path, times):
+    with contextlib.closing(DeviceWorkers(hv.Execution(workers=2))) as workers:
+        run = DeviceRun(Kind.LAST, 0, Dies(str(tmp_path), times), (PLATE,))
+        (answer,) = [each.answers[0] for each in workers.answers(iter([run]))]
+    assert isinstance(answer, HarvesterError) == (times == 2)
+    assert len(list(tmp_path.iterdir())) == times

@@ -104,12 +104,19 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "curved_law": "the power is a sum of one parabola per key, by {runs} runs of {engine!r} on the "
     "same noise; 95 % of devices are within {missed!p} of it, by {sampled} sampled devices and two "
     "at the 5 % and 95 % powers",
+    "curved_law_at_corners": "the power is a sum of one parabola per key, by {runs} runs of "
+    "{engine!r} on the same noise; by two devices at the 5 % and 95 % powers and the curvature "
+    "along the keys, devices are within {missed!p} of it",
+    "curved_law_unchecked": "the power is a sum of one parabola per key, by {runs} runs of "
+    "{engine!r} on the same noise, which too few other devices check",
     "curved_law_and_rest": "the power is a sum of one parabola per key, by {runs} runs of "
     "{engine!r} on the same noise, and a polynomial through the rest of {sampled} sampled devices; "
     "95 % of devices are within {missed!p} of it",
     "checked_by_judged_runs": "the level and its error are from {runs} runs with a measured model "
     "error, whose powers are {ratio:.4g} times the others",
-    "law_in_budget": "at most {budget!t} in all (`budget`), with a first answer on the way",
+    "over_budget": "the study needed {seconds!t} rather than {budget!t} (`budget`): every answer "
+    "needs each key alone at both ends",
+    "law_in_budget": "about {budget!t} in all (`budget`), with a first answer on the way",
     "first_answer": "first answer after {seconds!t}: 1 %, 50 % and 99 % of devices have a mean "
     "power below {low}, {middle} and {high}; {key} changes it most",
     "intervals_of_samples_alone": "the error of the engine is not known: intervals contain that of the samples alone",

@@ -25,14 +25,14 @@ from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines.device_runs import DeviceRun, DeviceWorkers
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError
-from harvester.machine.cores import cores
+from harvester.errors import HarvesterError, InputError
 from harvester.machine.execution import Execution
 from harvester.machine.progress import remark
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.scene.scene import Scene
-from harvester.studies.tolerance import curved_law, design
+from harvester.studies.tolerance import answer_levels, curved_law, design
 from harvester.studies.tolerance.curved_law import CurvedLaw
+from harvester.studies.tolerance.distribution import wilson
 from harvester.studies.tolerance.first_order import FAR, error_of_difference
 from harvester.studies.tolerance.samples import QUANTITIES, Samples
 from harvester.studies.tolerance.study import RUNS, ToleranceRequest, ToleranceRuns
@@ -43,6 +43,8 @@ TRAJECTORIES = 512  # of each device, for an engine that computes several togeth
 SPENT = 0.9  # of the budget: when the last runs are to end
 # of the time that is left: what the first judged run, and a later one, may take
 FIRST_JUDGED, JUDGED_SHARE = 0.8, 0.7
+LATE = 1.1  # of the budget: a study that needs longer says so
+FLAT = 1e-6  # of the power in the middle: a smaller change by all slopes is rounding
 MARGIN = 1.2  # times the longest run of a kind, that another one may need
 
 
@@ -65,12 +67,17 @@ def is_study_of_circuit(engine: Any) -> bool:
 
 @dataclass
 class CircuitStudy:
-    """A study within ``budget`` seconds; without ``draws`` no devices are sampled."""
+    """A study within ``budget`` seconds; without ``draws`` no devices are sampled.
+
+    If it ``fills`` the budget, devices are sampled until it is spent, rather than as many as a
+    study by counts computes.
+    """
 
     request: ToleranceRequest
     execution: Execution
     budget: float
     draws: bool = True
+    fills: bool = False
     done: Answers = field(default_factory=dict)
     seconds: dict[Enum, list[float]] = field(default_factory=dict)
 
@@ -83,11 +90,13 @@ class CircuitStudy:
         request = self.request
         x = design.values_at(request.spreads, request.u)
         ends = design.values_at(request.spreads, design.one_by_one(len(request.keys)))
+        self._check_devices(np.vstack([ends, x]))
         cheap = replace(engine, judged=False)
         if self._at_once(cheap) > 1 and cheap.trajectories is None:
             cheap = replace(cheap, trajectories=TRAJECTORIES)
         remark(self.execution.progress, note("law_in_budget", budget=self.budget))
         with contextlib.closing(DeviceWorkers(self.execution)) as workers:
+            self._workers = workers.count
             size = min(self._at_once(cheap), -(-len(ends) // self._workers))
             first = self._judged(engine, ends[:1], FIRST_JUDGED)
             runs = [first, self._runs(RunKind.ALONE, cheap, ends, size)]
@@ -98,7 +107,8 @@ class CircuitStudy:
                     remark(self.execution.progress, self._first_answer(ends, x))
             alone = [self._known(RunKind.ALONE, k) for k in range(len(ends))]
             laws = {
-                name: curved_law.through_ends(ends, _values(alone, name)) for name in QUANTITIES
+                name: curved_law.through_ends(ends, answer_levels.values(alone, name))
+                for name in QUANTITIES
             }
             corners = curved_law.steepest(laws["mean_power"], x, FAR)
             for _ in self._compute(workers, self._later(cheap, engine, corners, x)):
@@ -115,6 +125,28 @@ class CircuitStudy:
             dict(zip(self.request.keys, map(float, values), strict=True))
         )
 
+    def _check_devices(self, values: Floats) -> None:
+        """InputError for a device that cannot be, before any is computed.
+
+        ``values`` are the keys' values of all devices, (n, keys), of which those with the least or
+        the largest value of a key are checked.
+        """
+        spreads = self.request.spreads
+        extreme = np.concatenate([values.argmin(axis=0), values.argmax(axis=0)])
+        for row in values[extreme]:
+            try:
+                Problem(self._scene(row))
+            except InputError as error:
+                raise InputError(f"`vary` must allow all devices, but of one {error}") from None
+        for spread, least in zip(spreads, values.min(axis=0), strict=True):
+            part = spread.key.removeprefix("load.parameters.")
+            is_part = part != spread.key and part[0].upper() in "RCL"
+            if is_part and least <= 0.0 < spread.at(np.array(0.5)):
+                raise InputError(
+                    f"`vary` must keep {spread.key} above 0, but {spread.written!r} reaches "
+                    f"{least:.3g}"
+                )
+
     def _runs(self, kind: Enum, engine: Any, values: Floats, size: int = 1) -> Iterator[DeviceRun]:
         """Runs of an engine at keys' values, shape (n, keys), ``size`` of them at a time."""
         for first in range(0, len(values), size):
@@ -126,6 +158,8 @@ class CircuitStudy:
         within = self.request.within
         judge = engine if within is None else replace(engine, within=within)
         for run in self._runs(RunKind.JUDGED, judge, values):
+            if self._left <= 0.0:
+                return
             yield replace(run, engine=replace(judge, budget=max(share * self._left, 1.0)))
 
     def _later(self, cheap: Any, engine: Any, corners: Floats, x: Floats) -> Iterator[DeviceRun]:
@@ -136,21 +170,24 @@ class CircuitStudy:
         """
         request = self.request
         at_once = self._at_once(cheap)
-        yield from self._runs(RunKind.CORNER, cheap, corners, min(at_once, len(corners)))
         judged = (
             replace(run, index=run.index + 1) for run in self._judged(engine, corners, JUDGED_SHARE)
         )
-        if self._has_time(RunKind.JUDGED):
-            yield from itertools.islice(judged, self._workers - 1)
-        most = min(request.runs or RUNS * (1 + len(request.keys)), len(x))
-        enough = curved_law.PER_PLANE * (1 + len(request.keys))
+        most = len(x) if self.fills else request.runs or RUNS * (1 + len(request.keys))
+        most = min(most, len(x))
+        enough = min(curved_law.PER_PLANE * (1 + len(request.keys)), most)
         size = min(at_once, -(-enough // self._workers))
         drawn = self._runs(RunKind.DRAWN, cheap, x[: most if self.draws else 0], size)
-        requested = 0
+        at_corners = self._runs(RunKind.CORNER, cheap, corners, min(at_once, len(corners)))
+        yield from itertools.takewhile(lambda _: self._left > 0.0, at_corners)
+        requested = n_judged = 0
         while True:
             run = None
-            if (requested >= enough or not self.draws) and self._has_time(RunKind.JUDGED):
+            # a few devices come first, then a judged run on each other core
+            ahead = curved_law.FEWEST if n_judged < self._workers - 1 else enough
+            if (requested >= ahead or not self.draws) and self._has_time(RunKind.JUDGED):
                 run = next(judged, None)
+                n_judged += run is not None
             if run is None and self._has_time(RunKind.DRAWN):
                 run = next(drawn, None)
                 requested += 0 if run is None else len(run.scenes)
@@ -162,14 +199,11 @@ class CircuitStudy:
         """How many devices an engine computes together, for less than one by one."""
         return int(cheap.many_at_once(Problem(self.request.scene)))
 
-    @property
-    def _workers(self) -> int:
-        return self.execution.workers or cores()
-
     def _has_time(self, kind: Enum) -> bool:
         """Whether another run of a kind ends in time, by the longest of it or of the law."""
         known = self.seconds.get(kind) or self.seconds[RunKind.ALONE]
-        return MARGIN * max(known) < self._left
+        share = JUDGED_SHARE if kind is RunKind.JUDGED else 1.0
+        return MARGIN * max(known) < share * self._left
 
     def _compute(self, workers: DeviceWorkers, runs: Iterator[DeviceRun]) -> Iterator[Enum]:
         """Compute runs into ``done``, and yield the kind of each that is there."""
@@ -195,13 +229,21 @@ class CircuitStudy:
         Raises the error of a key's end.
         """
         alone = [self._known(RunKind.ALONE, k) for k in range(len(ends))]
-        law = curved_law.through_ends(ends, _values(alone, "mean_power"))
+        law = curved_law.through_ends(ends, answer_levels.values(alone, "mean_power"))
         low, middle, high = np.quantile(law(x), (0.01, 0.5, 0.99))
-        blame = self.request.keys[int(np.argmax(np.abs(law.slopes) * x.std(axis=0)))]
+        away = x - law.middle
+        each = away * law.slopes + away**2 * law.curvatures
+        blame = self.request.keys[int(np.argmax(each.std(axis=0)))]
         unit = "W" if self.request.scene.physical else ""
         powers = {"low": low, "middle": middle, "high": high}
         numbers = {name: amount(float(power), unit) for name, power in powers.items()}
         return note("first_answer", seconds=time.monotonic() - self.begin, key=blame, **numbers)
+
+    def _over_budget(self) -> Iterator[Diagnostic]:
+        """A warning if the runs that every answer needs took longer than the budget."""
+        spent = time.monotonic() - self.begin
+        if spent > LATE * self.budget:
+            yield warning("over_budget", seconds=spent, budget=self.budget)
 
     def _served(self, kind: Enum) -> dict[int, Estimate]:
         """The answers of a kind by their index, without errors."""
@@ -224,74 +266,66 @@ class CircuitStudy:
         devices = [*corners.values(), *drawn.values()]
         plain = {0: alone[0]} | {1 + k: answer for k, answer in corners.items()}
         pairs = [(answer, plain[k]) for k, answer in judged.items() if k in plain]
+        # a judged run that found no time for its judge has the cheap run's answer
+        pairs = [pair for pair in pairs if pair[0].mean_power.error95 is not None] or pairs
+        # for a law without slopes the corners are the middle, or anywhere
+        moved = float(np.abs(laws["mean_power"].slopes) @ x.std(axis=0))
+        steep = moved > FLAT * laws["mean_power"].value and len(corners) == len(steepest)
+        is_checked = steep or len(drawn) >= curved_law.FEWEST
         off: dict[str, float | None] = {}
         values: dict[str, Floats] = {}
+        least: dict[str, float] = {}
         failed = len(self.done.get(RunKind.DRAWN, {})) - len(drawn)
-        lost = round(failed / max(len(drawn) + failed, 1) * len(x))
+        # two devices at least have a value: the interval of the share states what is not known
+        lost = min(round(failed / max(len(drawn) + failed, 1) * len(x)), len(x) - 2)
         many = x[: len(x) - lost]
         for quantity in QUANTITIES:
             law = laws[quantity]
-            if len(devices) > 1:
-                law = curved_law.checked(law, where, _values(devices, quantity), ends)
-            ratio, level = _level(pairs, quantity)
+            y = answer_levels.values(devices, quantity)
+            law = curved_law.checked(law, where, y, ends, x, len(corners))
+            ratio, level = answer_levels.level(pairs, quantity)
             laws[quantity] = replace(law, ratio=ratio)
             errors = [
                 error_of_difference(low, high, quantity)
                 for low, high in zip(alone[1::2], alone[2::2], strict=True)
             ]
             noise = half95(curved_law.slopes_noise(law, errors, ends, x))
-            middle = float(law.value) or 1.0
-            share = (law.scatter + noise) / abs(middle)
-            off[quantity] = None if level is None or len(devices) < 2 else share + level
             values[quantity] = laws[quantity](many)
+            # the scatter is the same of strong and weak devices
+            least[quantity] = ratio * answer_levels.size(law, many)
+            share = (law.scatter + noise) / answer_levels.size(law, many)
+            off[quantity] = share + level if level is not None and is_checked else None
         law = laws["mean_power"]
         by_judge = "checked_by_judged_runs" if off["mean_power"] is not None else "no_error_stated"
         checks = (
             note(
-                "curved_law" if law.rest is None else "curved_law_and_rest",
+                answer_levels.code(law, len(drawn), is_checked),
                 engine=name,
                 runs=len(alone),
                 sampled=len(drawn),
-                missed=law.scatter / abs(law.value),
+                missed=law.scatter / answer_levels.size(law, many),
             ),
             note(by_judge, runs=len(pairs), ratio=law.ratio),
         )
         return ToleranceRuns(
-            samples=Samples(name, values, np.ones(len(many), dtype=bool), off, checks, law.ratio),
+            samples=Samples(
+                engine=name,
+                values=values,
+                served=np.ones(len(many), dtype=bool),
+                off=off,
+                checks=checks,
+                ratio=law.ratio,
+                least=least,
+            ),
             x=many,
             surface=law,
-            alone=law.ratio * _values(alone, "mean_power"),
+            alone=law.ratio * answer_levels.values(alone, "mean_power"),
             failed=lost,
-            warnings=tuple(_remarks(judged, self.done.get(RunKind.DRAWN, {}))),
+            failed_share=wilson(failed, failed + len(drawn)) if failed else None,
+            warnings=(*self._over_budget(), *_remarks(judged, self.done.get(RunKind.DRAWN, {}))),
             peaks={},
             peaks_off={},
         )
-
-
-def _values(answers: Sequence[Estimate], quantity: str) -> Floats:
-    """A quantity of answers, shape (n,)."""
-    return np.array([getattr(answer, quantity).value for answer in answers])
-
-
-def _level(pairs: Sequence[tuple[Estimate, Estimate]], quantity: str) -> tuple[float, float | None]:
-    """The mean ratio of judged answers to the others, and its relative error (None: unknown)."""
-    from scipy.special import stdtrit
-
-    both = [(getattr(high, quantity), getattr(low, quantity).value) for high, low in pairs]
-    both = [(high, low) for high, low in both if low > 0.0 and high.value > 0.0]
-    if not both:
-        return 1.0, None
-    ratios = np.array([high.value / low for high, low in both])
-    errors = [None if high.error95 is None else high.error95 / high.value for high, _ in both]
-    count = len(ratios)
-    # another device differs by as much again, or by the error that the engine states for all
-    low = getattr(pairs[0][1], quantity)
-    width = max((low.model or 0.0) / low.value, float(np.abs(ratios - 1.0).max()))
-    if count > 1:
-        scatter = float(stdtrit(count - 1, 0.975) * ratios.std(ddof=1) * np.sqrt(1.0 + 1.0 / count))
-        width = scatter if low.model is None else min(scatter, width)
-    known = [error for error in errors if error is not None]
-    return float(ratios.mean()), None if not known else width + max(known)
 
 
 def _remarks(

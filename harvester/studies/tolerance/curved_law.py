@@ -18,9 +18,10 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.studies.tolerance.surface import Polynomial, fit
 
-PER_PLANE = (
-    4  # sampled devices for each coefficient of a plane, before a polynomial through the rest
-)
+# sampled devices for each coefficient of a plane, before a polynomial through the rest
+PER_PLANE = 4
+FEWEST = 4  # sampled devices that state a scatter by themselves
+MOST = 0.95  # of the devices
 
 
 @dataclass(frozen=True)
@@ -43,11 +44,17 @@ class CurvedLaw:
 
     def __call__(self, x: Floats) -> Floats:
         """The values at keys' values, shape (n, keys), at least 0."""
+        return np.asarray(self.ratio * np.maximum(self.sum_at(x), 0.0))
+
+    def sum_at(self, x: Floats) -> Floats:
+        """The sum of the parabolas and the rest at keys' values, shape (n, keys), also below 0."""
         away = x - self.middle
-        whole = self.value + away @ self.slopes + (away * away) @ self.curvatures
-        if self.rest is not None:
-            whole = whole + self.rest(x)
-        return np.asarray(self.ratio * np.maximum(whole, 0.0))
+        whole = self.value + away @ self.slopes + self.bend(x)
+        return np.asarray(whole if self.rest is None else whole + self.rest(x))
+
+    def bend(self, x: Floats) -> Floats:
+        """The contribution of the curvatures at keys' values, shape (n, keys)."""
+        return np.asarray((x - self.middle) ** 2 @ self.curvatures)
 
 
 def through_ends(ends: Floats, values: Floats) -> CurvedLaw:
@@ -62,8 +69,9 @@ def through_ends(ends: Floats, values: Floats) -> CurvedLaw:
     y0 = values[0]
     upper = _slope(xh - x0, values[2::2] - y0)
     lower = _slope(x0 - xl, y0 - values[1::2])
-    curvatures = np.where((xh > x0) & (x0 > xl), _slope(xh - xl, upper - lower), 0.0)
-    slopes = np.where(xh > x0, upper - curvatures * (xh - x0), lower)
+    # ends of a negative value may be in falling order
+    curvatures = np.where((xh - x0) * (x0 - xl) > 0.0, _slope(xh - xl, upper - lower), 0.0)
+    slopes = np.where(xh != x0, upper - curvatures * (xh - x0), lower)
     return CurvedLaw(x0, float(y0), slopes, curvatures)
 
 
@@ -79,22 +87,41 @@ def steepest(law: CurvedLaw, x: Floats, far: float) -> Floats:
     return np.clip(law.middle + np.outer([-1.0, 1.0], step), x.min(axis=0), x.max(axis=0))
 
 
-def checked(law: CurvedLaw, x: Floats, y: Floats, held: Floats) -> CurvedLaw:
+def checked(
+    law: CurvedLaw, x: Floats, y: Floats, held: Floats, devices: Floats, corners: int = 0
+) -> CurvedLaw:
     """The law with its scatter and its rest, by the answers ``y`` of devices at ``x``, (n, keys).
 
-    These are two or more; ``held`` are the keys' values of the law's runs, without a rest.
+    The first ``corners`` of them are `steepest`, which were chosen rather than sampled: their
+    distance from the law is the least scatter.  With fewer than `FEWEST` sampled devices the
+    contribution of the curvatures, within which 95 % of ``devices`` lie, adds to the scatter.
+    ``held`` are the keys' values of the law's runs, without a rest.
     """
     from scipy.special import stdtrit
 
+    if not len(y):
+        return replace(law, unexplained=1.0)
     off = y - law(x)
-    count = len(off)
-    spread = float(np.sqrt(np.mean(off**2)))
-    scatter = float(stdtrit(count, 0.975)) * spread * float(np.sqrt(1.0 + 1.0 / count))
-    variance = max(float(law(x).var()), 1e-300)
+    by_sample = off[corners:]
+    count = len(by_sample)
+    spread = float(np.sqrt(np.mean((by_sample if count else off) ** 2)))
+    scatter = 0.0
+    if count:
+        scatter = float(stdtrit(count, 0.975)) * spread * float(np.sqrt(1.0 + 1.0 / count))
+    scatter = max(scatter, float(np.abs(off[:corners]).max(initial=0.0)))
+    if count < FEWEST:
+        scatter += float(np.quantile(np.abs(law.bend(devices)), MOST))
+    variance = max(float(law(devices).var()), 1e-300)
     plain = replace(law, scatter=scatter, unexplained=min(spread**2 / variance, 1.0))
     if count < PER_PLANE * (1 + x.shape[1]):
         return plain
-    rest = fit(np.vstack([x, held]), np.append(off, np.zeros(len(held))), count)
+    # a rest of the sum below 0 too, to which it is added
+    beyond = y - law.sum_at(x)
+    rest = fit(
+        np.vstack([x[corners:], x[:corners], held]),
+        np.concatenate([beyond[corners:], beyond[:corners], np.zeros(len(held))]),
+        count,
+    )
     if rest.scatter >= spread:
         return plain
     missed = min(rest.scatter**2 / variance, 1.0)

@@ -1,9 +1,8 @@
 """Quantiles of samples, and the share of them that meets limits, both with intervals.
 
 Quasi-random samples scatter less than random ones, for which the intervals hold: for a quantile the
-order statistics between which it lies with 95 % (binomial), of a share Wilson's.  The engine's own
-error, a share ``off`` of each value, moves all of them up or down together: the intervals hold both
-ends.
+order statistics between which it lies with 95 % (binomial), of a share Wilson's.  The ``error`` of
+each value moves all of them up or down together: the intervals hold both ends.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,18 +26,17 @@ class ShareInterval:
     high: float | None
 
 
-def quantile(values: Floats, share: float, off: float = 0.0) -> ShareInterval:
-    """The value that a ``share`` of the samples, shape (n,), is below, in their unit."""
+def quantile(values: Floats, share: float, error: float | Floats = 0.0) -> ShareInterval:
+    """The value that a ``share`` of the samples, shape (n,), is below; all in one unit."""
     from scipy.stats import binom
 
-    ordered = np.sort(values)
     count = len(values)
     low, high = binom.ppf([0.025, 0.975], count, share)
     ends = [  # with 95 % the quantile lies between the samples of these ranks, if there are such
-        float(ordered[rank] + side * off * abs(ordered[rank])) if 0 <= rank < count else None
+        float(np.sort(values + side * error)[rank]) if 0 <= rank < count else None
         for rank, side in ((int(low) - 1, -1.0), (int(high), 1.0))
     ]
-    return ShareInterval(float(np.quantile(ordered, share)), *ends)
+    return ShareInterval(float(np.quantile(values, share)), *ends)
 
 
 def wilson(met: float, count: int) -> tuple[float, float]:
@@ -54,22 +52,30 @@ def wilson(met: float, count: int) -> tuple[float, float]:
 def share_met(
     limits: Sequence[Limit],
     samples: Mapping[str, Floats],
-    off: Mapping[str, float | Floats],
+    errors: Mapping[str, float | Floats],
     failed: int = 0,
+    failed_share: tuple[float, float] | None = None,
 ) -> ShareInterval:
     """The share of devices that meet all limits; ``failed`` more have no answer, and count as not meeting them.
 
-    ``samples`` are the values of each quantity, shape (n,), ``off`` the engine's relative error of
-    each, of all samples or one by one.
+    ``samples`` are the values of each quantity, shape (n,), ``errors`` those of all samples or one
+    by one, in the same unit.  ``failed_share`` is the interval of the share of devices without an
+    answer, if these are not counted among all but among a few.
     """
-    count = len(next(iter(samples.values()))) + failed
+    served = len(next(iter(samples.values())))
+    count = served + failed
 
     def met(side: int) -> int:
-        shifts = {limit: 1.0 + side * limit.sign * off.get(limit.quantity, 0.0) for limit in limits}
+        shifts = {limit: side * limit.sign * errors.get(limit.quantity, 0.0) for limit in limits}
         return int(
             np.all(
-                [limit.met(samples[limit.quantity] * shifts[limit]) for limit in limits], axis=0
+                [limit.met(samples[limit.quantity] + shifts[limit]) for limit in limits], axis=0
             ).sum()
         )
 
-    return ShareInterval(met(0) / count, wilson(met(-1), count)[0], wilson(met(1), count)[1])
+    value = met(0) / count
+    if failed_share is None:
+        return ShareInterval(value, wilson(met(-1), count)[0], wilson(met(1), count)[1])
+    low = wilson(met(-1), served)[0] * (1.0 - failed_share[1])
+    high = wilson(met(1), served)[1] * (1.0 - failed_share[0])
+    return ShareInterval(value, min(low, value), max(high, value))

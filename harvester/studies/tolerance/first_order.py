@@ -118,7 +118,7 @@ def error_of_difference(low: Estimate, high: Estimate, quantity: str = "mean_pow
     if before is not None and after is not None and len(before) == len(after):
         # entries may be nondimensional, and have the scale of the mean
         scales = [
-            getattr(of, quantity).value / float(entries.mean())
+            getattr(of, quantity).value / (float(entries.mean()) or 1.0)
             for of, entries in ((low, before), (high, after))
         ]
         return mean_and_error(scales[1] * after - scales[0] * before)[1]

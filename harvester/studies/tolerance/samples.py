@@ -13,7 +13,7 @@ of its own, relatively, with 95 % (s: standard deviation of K ratios, t: Student
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -43,7 +43,8 @@ class Samples:
 
     ``values`` are those of each of `QUANTITIES`, shape (n,), if ``served``; ``off`` the relative
     error at 95 % that is common to all or within which each lies, None if it is not known;
-    ``checks`` state its origin; ``ratio`` is the factor of the powers.
+    ``checks`` state its origin; ``ratio`` is the factor of the powers.  The error of a value below
+    the ``least`` of its quantity is that of this value.
     """
 
     engine: str
@@ -52,6 +53,7 @@ class Samples:
     off: dict[str, float | None]
     checks: tuple[Diagnostic, ...]
     ratio: float = 1.0
+    least: dict[str, float] = field(default_factory=dict)
 
     @property
     def small(self) -> bool:
@@ -107,7 +109,12 @@ def column(table: SweepTable, name: str) -> Floats:
 
 
 def stated(table: SweepTable, name: str) -> Floats | None:
-    """The engine's own relative error at 95 % of each row, shape (n,); None if it states none for a row."""
+    """The engine's own relative error at 95 % of each row, shape (n,).
+
+    None if it states none for a row, or if a part of it is not known.
+    """
+    if any(table.table.plain()[f"{name}_unknown"]):
+        return None
     value = column(table, name)
     stderr = column(table, f"{name}_stderr")
     # the same for both: V^2 over a load
@@ -136,7 +143,7 @@ class Ratio:
     """How the answers of a dearer engine compare: ``ratio`` and relative error ``off`` of each of `QUANTITIES`."""
 
     ratio: dict[str, float]
-    off: dict[str, float]
+    off: dict[str, float | None]
     check: Diagnostic
 
 
@@ -150,7 +157,7 @@ def compared(
     from scipy.special import stdtrit
 
     ratio: dict[str, float] = {}
-    off: dict[str, float] = {}
+    off: dict[str, float | None] = {}
     count = 0
     for name in QUANTITIES:
         ratios = column(dearer, name) / column(table, name)[list(checked)]
@@ -170,19 +177,26 @@ def compared(
             * math.sqrt(1.0 + 1.0 / count)
         )
         ratio[name] = float(ratios.mean())
-        off[name] = width + float(np.median(bias))
-    check = note(
-        "checked_by_runs", runs=count, by=by.NAME, ratio=ratio["mean_power"], engine=engine.NAME
-    )
+        is_known = not any(dearer.table.plain()[f"{name}_unknown"])
+        off[name] = width + float(np.median(bias)) if is_known else None
+    if off["mean_power"] is None:
+        code = "no_error_stated"
+    else:
+        code = "checked_by_judged_runs" if by.NAME == engine.NAME else "checked_by_runs"
+    check = note(code, runs=count, by=by.NAME, ratio=ratio["mean_power"], engine=engine.NAME)
     return Ratio(ratio, off, check)
 
 
 def corrected(samples: Samples, ratio: Ratio) -> Samples:
     """The samples multiplied by the mean ratio of the dearer engine's answers, with the error that these leave."""
     values = {name: samples.values[name] * ratio.ratio[name] for name in QUANTITIES}
-    off: dict[str, float | None] = dict(ratio.off)
     return Samples(
-        samples.engine, values, samples.served, off, (ratio.check,), ratio.ratio["mean_power"]
+        samples.engine,
+        values,
+        samples.served,
+        dict(ratio.off),
+        (ratio.check,),
+        ratio.ratio["mean_power"],
     )
 
 

@@ -71,7 +71,10 @@ class ToleranceRequest:
 
 @dataclass(frozen=True)
 class ToleranceRuns:
-    """The results of one engine's runs: samples at keys' values ``x``, their surface, and the powers of the tornado."""
+    """The results of one engine's runs: samples at keys' values ``x``, their surface, and the powers of the tornado.
+
+    ``failed_share`` is the interval of the share of devices without an answer, if a few state it.
+    """
 
     samples: sampling.Samples
     x: Floats
@@ -81,6 +84,7 @@ class ToleranceRuns:
     warnings: tuple[Diagnostic, ...]
     peaks: dict[str, Floats]
     peaks_off: dict[str, Floats]
+    failed_share: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

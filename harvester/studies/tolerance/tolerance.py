@@ -115,7 +115,7 @@ def tolerance(
     years = lifetime_of(bounds, lifetime, problem)
     linear = amount.first_order
     if linear:
-        _refuse_beside_first_order(checks, lifetime)
+        _refuse_beside_first_order(checks, lifetime, execution.resume or None)
         chosen = first_order_engine(problem, engine, within, seed)
     else:
         chosen = engine_of(sampling.cheapest(problem)(seed=seed) if engine is None else engine)
@@ -150,8 +150,10 @@ def tolerance(
     return answer
 
 
-def _refuse_beside_first_order(checks: int | None, lifetime: float | str | None) -> None:
-    for name, given in (("checks", checks), ("lifetime", lifetime)):
+def _refuse_beside_first_order(
+    checks: int | None, lifetime: float | str | None, resume: bool | None
+) -> None:
+    for name, given in (("checks", checks), ("lifetime", lifetime), ("resume", resume)):
         if given is not None:
             raise InputError(f"`{name}` must be left out with `runs` {FIRST_ORDER!r}, but is given")
 
@@ -202,7 +204,10 @@ def _compute(
     """
     if _is_timed(chosen, request, runs, execution):
         budget = BUDGET if runs.budget is None else runs.budget
-        return CircuitStudy(request, execution, budget, draws=not runs.first_order).run(chosen)
+        study_of_law = CircuitStudy(
+            request, execution, budget, draws=not runs.first_order, fills=runs.budget is not None
+        )
+        return study_of_law.run(chosen)
     if runs.first_order:
         return linear_law(request, chosen, execution.progress)
     study = ToleranceStudy(request, OutputFolder.of(execution), execution)
@@ -223,8 +228,9 @@ def _is_timed(chosen: Engine, request: ToleranceRequest, runs: _Runs, execution:
     timed = is_study_of_circuit(chosen) and plain and not execution.resume
     if runs.budget is not None and not timed:
         raise InputError(
-            f"`runs` must be a number or {FIRST_ORDER!r}, but is a time, which is for netlists "
-            "without `checks`, `lifetime` and `resume`"
+            f"`runs` must be a number or {FIRST_ORDER!r}, but is a time (`budget`), which is for "
+            "netlists by an engine such as 'slow', without `checks`, `lifetime` and `resume`, and "
+            f"the engine is {chosen.NAME!r}"
         )
     return timed
 

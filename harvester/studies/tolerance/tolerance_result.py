@@ -3,6 +3,7 @@
 Long because distribution, yield and sensitivity are properties of one result.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -34,6 +35,9 @@ CHECKS = (
     "polynomial_stands_for_others",
     "linear_law",
     "curved_law",
+    "curved_law_and_rest",
+    "curved_law_at_corners",
+    "curved_law_unchecked",
     "checked_by_judged_runs",
 )
 NO_SHARES = ("no_shares_correlated", "no_shares_library", "no_shares_constant")
@@ -176,16 +180,17 @@ class ToleranceResult(TableResult):
             | {"voltage_rms": np.sqrt(samples.values["mean_square_voltage"])}
             | runs.peaks
         )
-        off: dict[str, Any] = {
-            name: value or 0.0 for name, value in samples.off.items()
-        } | runs.peaks_off
-        off["voltage_rms"] = 0.5 * off["mean_square_voltage"]
+        errors = _errors(runs)
         power = values["mean_power"]
         voltage = values["voltage_rms"]
         failed = runs.failed
         shares, without = _shares(request, runs)
         remarks = [*runs.warnings, *_warnings(runs), *samples.checks, *without]
         nominal = float(runs.alone[0])
+
+        def met(limits: Sequence[Limit]) -> ShareInterval:
+            return share_met(limits, values, errors, failed, runs.failed_share)
+
         return cls(
             engine=samples.engine,
             spreads=request.spreads,
@@ -193,11 +198,13 @@ class ToleranceResult(TableResult):
             power=power,
             voltage=voltage,
             off=samples.off["mean_power"],
-            quantiles={share: quantile(power, share, off["mean_power"]) for share in QUANTILES},
-            voltages={share: quantile(voltage, share, off["voltage_rms"]) for share in QUANTILES},
+            quantiles={share: quantile(power, share, errors["mean_power"]) for share in QUANTILES},
+            voltages={
+                share: quantile(voltage, share, errors["voltage_rms"]) for share in QUANTILES
+            },
             limits=request.limits,
-            met=share_met(request.limits, values, off, failed) if request.limits else None,
-            met_each=tuple(share_met([limit], values, off, failed) for limit in request.limits),
+            met=met(request.limits) if request.limits else None,
+            met_each=tuple(met([limit]) for limit in request.limits),
             sensitivity=shares,
             tornado=_bars(request, runs),
             nominal=nominal if np.isfinite(nominal) else None,
@@ -348,6 +355,22 @@ def _interval(
         for part, label in (("low", "from"), ("high", "to"))
     ]
     return [Column(name, cells("value"), unit), *ends]
+
+
+def _errors(runs: ToleranceRuns) -> dict[str, Floats]:
+    """The errors of all quantities of each device at 95 %, in their unit; 0 if not known."""
+    samples = runs.samples
+    errors = {
+        name: (samples.off[name] or 0.0) * np.maximum(values, samples.least.get(name, 0.0))
+        for name, values in samples.values.items()
+    }
+    square = samples.values["mean_square_voltage"]
+    lower = np.sqrt(np.maximum(square - errors["mean_square_voltage"], 0.0))
+    peaks = {name: off * runs.peaks[name] for name, off in runs.peaks_off.items()}
+    # of an error far above the square itself the upper side is the larger one
+    upper = np.sqrt(square + errors["mean_square_voltage"])
+    voltage = np.maximum(upper - np.sqrt(square), np.sqrt(square) - lower)
+    return errors | {"voltage_rms": voltage} | peaks
 
 
 def _warnings(runs: ToleranceRuns) -> list[Diagnostic]:

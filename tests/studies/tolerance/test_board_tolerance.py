@@ -107,7 +107,7 @@ def test_first_order_of_a_board_has_no_sampled_devices():
     execution = hv.Execution(workers=1)
     vary = {"load.parameters.C1": "20%"}
     found = hv.tolerance(BOARD, vary=vary, runs="first-order", samples=64, execution=execution)
-    check = next(d for d in found.diagnostics if d.code == "curved_law")
+    check = next(d for d in found.diagnostics if d.code == "curved_law_at_corners")
     assert (check.numbers["sampled"], check.numbers["runs"]) == (0, 3)
 
 
@@ -130,6 +130,13 @@ def test_first_order_of_a_board_has_no_sampled_devices():
 def test_a_time_that_has_no_meaning_is_refused(scene, options, line):
     with pytest.raises(hv.InputError, match=f"^{line}"):
         hv.tolerance(scene, vary={"piezo.capacitance": "5%"}, **options)
+
+
+def test_first_order_has_nothing_to_resume(tmp_path):
+    """It would be computed anew, by a judged engine and without the budget."""
+    execution = hv.Execution(out=tmp_path, resume=True)
+    with pytest.raises(hv.InputError, match="`resume` must be left out with `runs` 'first-order'"):
+        hv.tolerance(BOARD, vary=PARTS, runs="first-order", execution=execution)
 
 
 def test_command_takes_a_budget_or_runs(harvester):

@@ -25,7 +25,7 @@ def test_parabolas_are_found_between_and_beyond_uneven_ends():
     beyond = np.array([[0.1, 3.0], [2.5, 1.0]])
     assert law(DEVICES) == pytest.approx(separate(DEVICES), rel=1e-12)
     assert law(beyond) == pytest.approx(np.maximum(separate(beyond), 0.0), rel=1e-12)
-    assert curved_law.checked(law, DEVICES, separate(DEVICES), ENDS).scatter < 1e-12
+    assert curved_law.checked(law, DEVICES, separate(DEVICES), ENDS, DEVICES).scatter < 1e-12
 
 
 def test_an_end_at_the_middle_has_no_slope():
@@ -38,13 +38,55 @@ def test_an_end_at_the_middle_has_no_slope():
 def test_few_devices_state_the_error_and_many_bring_the_rest():
     """Two keys together move the value: the scatter holds 95 % of other devices, and a polynomial removes it."""
     law = curved_law.through_ends(ENDS, joint(ENDS))
-    few = curved_law.checked(law, DEVICES[:6], joint(DEVICES[:6]), ENDS)
+    few = curved_law.checked(law, DEVICES[:6], joint(DEVICES[:6]), ENDS, DEVICES)
     off = np.abs(few(DEVICES) - joint(DEVICES))
     assert few.rest is None and (off < few.scatter).mean() > 0.9
     assert few.scatter < 10.0 * np.sqrt(np.mean(off**2))
-    many = curved_law.checked(law, DEVICES[:40], joint(DEVICES[:40]), ENDS)
+    many = curved_law.checked(law, DEVICES[:40], joint(DEVICES[:40]), ENDS, DEVICES)
     assert many.rest is not None and many.unexplained < 1e-6
     assert many(DEVICES) == pytest.approx(joint(DEVICES), rel=1e-6)
+
+
+def peak(x):
+    """A power with a peak, below 0 for the parabolas at many devices."""
+    return 6e-6 / np.prod(1.0 + ((x - 0.01) / 0.1) ** 2, axis=1)
+
+
+def test_a_rest_belongs_to_the_sum_that_may_be_below_zero():
+    """A rest of the law that is clipped at 0 would be added to a sum far below 0."""
+    ends = np.array([[0.0, 0.0], [-0.18, 0.0], [0.18, 0.0], [0.0, -0.18], [0.0, 0.18]])
+    x = np.random.default_rng(3).uniform(-0.2, 0.2, (4000, 2))
+    law = curved_law.through_ends(ends, peak(ends))
+    assert (law.sum_at(x) < 0.0).mean() > 0.02
+    found = curved_law.checked(law, x[:72], peak(x[:72]), ends, x)
+    assert found.rest is not None
+    share = (peak(x) > 1.5e-6).mean()
+    assert abs((found(x) > 1.5e-6).mean() - share) < 0.03
+    assert (np.abs(found(x) - peak(x)) < found.scatter).mean() > 0.9
+
+
+def test_places_that_show_nothing_do_not_make_the_scatter_small():
+    """Both corners are exact: they do not count as sampled, and the curvatures state the error of few devices."""
+    law = curved_law.through_ends(ENDS, joint(ENDS))
+    corners = np.array([[1.0, 2.0], [1.0, 2.0]])
+    x = np.vstack([corners, DEVICES[:6]])
+    alone = curved_law.checked(law, x[2:], joint(x[2:]), ENDS, DEVICES)
+    both = curved_law.checked(law, x, joint(x), ENDS, DEVICES, corners=2)
+    assert both.scatter == pytest.approx(alone.scatter, rel=1e-12)
+    bend = np.quantile(np.abs(law.bend(DEVICES)), 0.95)
+    none = curved_law.checked(law, corners, joint(corners), ENDS, DEVICES, corners=2)
+    assert none.scatter == pytest.approx(bend, rel=1e-9)
+    assert curved_law.checked(law, x[:0], joint(x[:0]), ENDS, DEVICES).unexplained == 1.0
+
+
+def test_ends_in_falling_order_are_ends_too():
+    """A lognormal spread about a negative value has its larger end first."""
+    rising = np.array([[-0.05], [-0.08], [-0.03]])
+    falling = rising[[0, 2, 1]]
+    laws = [curved_law.through_ends(ends, (ends**2).ravel()) for ends in (rising, falling)]
+    x = np.linspace(-0.1, -0.01, 9)[:, None]
+    assert laws[1](x) == pytest.approx((x**2).ravel(), rel=1e-9)
+    assert laws[0](x) == pytest.approx(laws[1](x))
 
 
 def test_the_steepest_places_are_those_of_a_linear_law():

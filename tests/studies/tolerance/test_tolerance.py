@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import harvester as hv
 from harvester.engines import selection
 from harvester.equations.problem import Problem
 from harvester.presentation.diagnostic import has
+from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.points import Axis, Points
 from harvester.studies.tolerance import samples as sampled
 from harvester.studies.tolerance.device_limits import parse
@@ -265,10 +267,27 @@ def test_intervals():
     )
 
 
+def test_an_error_with_an_unknown_part_is_not_stated():
+    """Of the engine itself, and of the dearer one that checks it."""
+    points = Points((Axis("oscillator.damping", (5e-3, 6e-3, 7e-3)),), listed=True)
+    table = compute_table(hv.load(PLATE), points, [hv.Exact()], ALONE)
+    engine = hv.Exact()
+    assert sampled.direct(engine, table).off["mean_power"] is not None
+    assert sampled.compared(table, [0, 1, 2], table, engine, engine).off["mean_power"] is not None
+    rows = [replace(row, mean_power=row.mean_power.with_unknown("the model")) for row in table.rows]
+    without = replace(table, rows=rows)
+    assert sampled.direct(engine, without).off["mean_power"] is None
+    ratio = sampled.compared(table, [0, 1, 2], without, engine, engine)
+    assert ratio.off["mean_power"] is None and ratio.check.code == "no_error_stated"
+    assert ratio.ratio["mean_power"] == pytest.approx(1.0)
+
+
 def test_an_error_of_the_engine_widens_the_yield():
     power = {"mean_power": np.linspace(1.0, 2.0, 1001)}
     plain = share_met([parse("mean_power > 1.5 W")], power, {})
-    wide = share_met([parse("mean_power > 1.5 W")], power, {"mean_power": 0.1})
+    wide = share_met(
+        [parse("mean_power > 1.5 W")], power, {"mean_power": 0.1 * power["mean_power"]}
+    )
     assert plain.value == wide.value == pytest.approx(501 / 1001)
     assert wide.low < 0.4 < plain.low < plain.high < 0.6 < wide.high
 

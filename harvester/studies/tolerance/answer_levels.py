@@ -1,0 +1,50 @@
+"""The level of judged answers over others, and the size and the origin of a law's error."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from harvester.answers.estimate import Estimate
+from harvester.arrays import Floats
+from harvester.studies.tolerance import curved_law
+from harvester.studies.tolerance.curved_law import CurvedLaw
+
+
+def size(law: CurvedLaw, x: Floats) -> float:
+    """The value to which errors are relative: the middle's, or the mean of devices if that is 0."""
+    return abs(law.value) or float(law(x).mean()) or 1.0
+
+
+def code(law: CurvedLaw, n_sampled: int, is_checked: bool) -> str:
+    """The code of the note on the law and on the origin of its error."""
+    if not is_checked:
+        return "curved_law_unchecked"
+    if n_sampled < curved_law.FEWEST:
+        return "curved_law_at_corners"
+    return "curved_law" if law.rest is None else "curved_law_and_rest"
+
+
+def values(answers: Sequence[Estimate], quantity: str) -> Floats:
+    """A quantity of answers, shape (n,)."""
+    return np.array([getattr(answer, quantity).value for answer in answers])
+
+
+def level(pairs: Sequence[tuple[Estimate, Estimate]], quantity: str) -> tuple[float, float | None]:
+    """The mean ratio of judged answers to the others, and its relative error (None: unknown)."""
+    from scipy.special import stdtrit
+
+    both = [(getattr(high, quantity), getattr(low, quantity)) for high, low in pairs]
+    both = [(high, low) for high, low in both if low.value > 0.0 and high.value > 0.0]
+    if not both:
+        return 1.0, None
+    ratios = np.array([high.value / low.value for high, low in both])
+    errors = [None if high.error95 is None else high.error95 / high.value for high, _ in both]
+    count = len(ratios)
+    # another device differs by as much again, or by the error that the engine states for all
+    model = both[0][1].model
+    width = max((model or 0.0) / both[0][1].value, float(np.abs(ratios - 1.0).max()))
+    if count > 1:
+        scatter = float(stdtrit(count - 1, 0.975) * ratios.std(ddof=1) * np.sqrt(1.0 + 1.0 / count))
+        width = scatter if model is None else min(scatter, width)
+    known = [error for error in errors if error is not None]
+    return float(ratios.mean()), None if not known else width + max(known)
