@@ -193,8 +193,8 @@ mean-of-two-windows: test_trajectories.py -k windows or resting_pair or shared_n
 - self._with(self._moments, now, duration / self.duration)
 + self._with(self._moments, now, 0.5)
 one-record-of-many: test_drawn_records.py -k spread
-- 1 if eqs.density is None else BATCH
-+ 1
+- self.together = 1 if eqs.density is None else BATCH
++ self.together = 1
 more-of-the-same-records: test_drawn_records.py -k effort
 - self.trajectories = before.with_step(before.h)
 + self.trajectories = before
@@ -293,8 +293,8 @@ unseen-bias-of-a-longer-step: test_target.py -k seen
 - (bias + 2.0 * bias_error if factor > 1.0 else seen)
 + (bias if factor > 1.0 else seen)
 seconds-still-needed: test_target.py -k budget
-- (value.sampling95 / (self.room * size)) ** 2 - 1.0
-+ (value.sampling95 / (self.room * size)) - 1.0
+- (value.sampling95 / room) ** 2 - 1.0
++ (value.sampling95 / room) - 1.0
 split-of-the-effort: test_control_variate.py -k split
 - return math.sqrt(residual / pair_cost) * q
 + return math.sqrt(residual) / pair_cost * q

@@ -14,11 +14,10 @@ from numba import carray, cfunc  # type: ignore[attr-defined]
 from harvester.arrays import Floats
 from harvester.circuits.circuit_path import NetlistLoad
 from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.circuits.converged import MOST
 from harvester.circuits.newton import compiled_source
 from harvester.circuits.newton_parts import SIGNATURE
 from harvester.circuits.pointers import pointer
-from harvester.circuits.substeps import DID, FOLLOW, ROOMS, KernelCircuit, follow
+from harvester.circuits.substeps import DID, FOLLOW, MOST, ROOMS, KernelCircuit, follow
 from harvester.circuits.system import Row
 from harvester.mechanics.kernels.compiled import COMPILER, FLAGS, version_of
 from harvester.mechanics.part.entry import stored

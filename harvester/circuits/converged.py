@@ -3,11 +3,10 @@
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.circuits.substeps import MOST
 from harvester.circuits.system import System
 from harvester.errors import CircuitError
 from harvester.presentation.diagnostic import refusal
-
-MOST = 1e-3  # of the steps, that may fail
 
 
 def check_converged(system: System, steps: float, failed: float, returned: Floats) -> None:

@@ -33,6 +33,7 @@ FADING = 2e-4  # of a charge's size, a step
 N_VOLTAGES = 3
 DID = 4  # numbers of what a drift did, and of what did not converge last
 ROOMS = 7  # rows of the workspace
+MOST = 1e-3  # of the steps, that may fail
 NEVER = 1e300  # the error of a step that did not converge
 
 

@@ -40,8 +40,9 @@ LESS = [
     ("harvester response", [], {":61": ":3", ":31": ":7", ":26": ":3", ":11": ":3", ":8": ":2"}),
     ("harvester cost", ["--budget", "1s"], {}),
     ("harvester optimise", ["--budget", "8s", "--within", "10%"], {}),
+    ("harvester tolerance examples/bimorph_board", ["--runs", "first-order"], {}),
     (
-        "harvester tolerance",
+        "harvester tolerance examples/plate",
         ["--runs", "16", "--samples", "256", "--checks", "2", "--engine", "averaged"],
         {},
     ),

@@ -179,7 +179,7 @@ def test_files(tmp_path):
     assert shown == sorted(shown) and {3, 4, 5, 6} < set(shown)
     assert [float(row["frequency (Hz)"]) for row in rows] == [*shown, *shown[::-1]]
     assert float(rows[1]["mean_power (W)"]) == pytest.approx(found.sweep("up")[1].mean_power.value)
-    assert rows[0]["mean_power_stderr"] == ""
+    assert rows[0]["mean_power_stderr (W)"] == ""
     assert (tmp_path / "response.png").read_bytes().startswith(b"\x89PNG")
     assert json.loads((tmp_path / "provenance.json").read_text())["sweep"] == [3, 4, 5, 6]
 
