@@ -14,6 +14,11 @@ NEEDLESS = 1e-7  # of the piezo's reactance: a diode's series resistance that no
 _PASSIVE = "rcld"
 
 
+def is_coil(name: str) -> bool:
+    """Whether a vector of ngspice is the current of an inductor."""
+    return COIL.fullmatch(name) is not None
+
+
 def without_initial_conditions(load: LoadCircuit) -> LoadCircuit:
     """The same circuit without initial conditions of its elements, which no periodic response knows."""
 

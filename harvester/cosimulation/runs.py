@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.cosimulation.load_elements import COIL, without_needless_resistances
+from harvester.cosimulation.load_elements import is_coil, without_needless_resistances
 from harvester.cosimulation.lockstep.drive import Drive
 from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger, ledger_of
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
@@ -151,7 +151,7 @@ def run_in_this_process(
     scales = device.scales
     x, _, voltage, charge = (scales.volts * quantity for quantity in drive.start[:4])
     if nodes is not None:
-        drive.currents = {name: current for name, current in nodes.items() if COIL.fullmatch(name)}
+        drive.currents = {name: current for name, current in nodes.items() if is_coil(name)}
         nodes = {name: voltage for name, voltage in nodes.items() if name not in drive.currents}
     load = without_needless_resistances(device.load, 1.0 / (scales.frequency * scales.capacitance))
     deck = build_deck(

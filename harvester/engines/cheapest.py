@@ -116,20 +116,10 @@ class Cheapest(MonteCarloOptions, Engine):
                 break
             is_last = k == len(kinds) - 1
             share = SLOW_SHARE if kind is Slow and not is_last else 1.0
-            try:
-                answer = self._as(kind, share * left, gives_up=not is_last or bool(tried)).run(
-                    problem, progress
-                )
-            except UnboundedResponseError as error:
-                # growth is that of the scene; a step too long is one of the engine
-                from harvester.mechanics.ensemble.trajectories import NotFiniteError
-
-                if not tried and not isinstance(error, NotFiniteError):
-                    raise
-                failed.append(error)
-                continue
-            except (SimulationError, MissingProgramError) as error:
-                failed.append(error)
+            engine = self._as(kind, share * left, gives_up=not is_last or bool(tried))
+            answer = _answer_or_error(engine, problem, progress, is_first=not tried)
+            if isinstance(answer, HarvesterError):
+                failed.append(answer)
                 continue
             tried.append(Tried(kind, answer))
             if tried[-1].stated <= within:
@@ -187,6 +177,26 @@ class Cheapest(MonteCarloOptions, Engine):
         if within is not None and within <= FINER_THAN_SAMPLING and not Density.refusal(problem):
             return Density(within=within, budget=budget).run(problem, progress)
         return Ensemble(**vars(self)).run(problem, progress)
+
+
+def _answer_or_error(
+    engine: Engine, problem: Problem, progress: Progress | None, is_first: bool
+) -> Estimate | HarvesterError:
+    """The answer of an engine, or why there is none, if another may have one.
+
+    Raises UnboundedResponseError of the ``is_first`` engine: the growth is that of the scene, unless
+    its step is too long.
+    """
+    try:
+        return engine.run(problem, progress)
+    except UnboundedResponseError as error:
+        from harvester.mechanics.ensemble.trajectories import NotFiniteError
+
+        if is_first and not isinstance(error, NotFiniteError):
+            raise
+        return error
+    except (SimulationError, MissingProgramError) as error:
+        return error
 
 
 def is_slow(problem: Problem) -> bool:

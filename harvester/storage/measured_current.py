@@ -122,7 +122,7 @@ def open_voltage(problem: Problem, h: float, seed: int = 0) -> float:
     )
 
 
-class _Rung(NamedTuple):
+class Rung(NamedTuple):
     """A voltage of the ladder: charges (C) while it ``settles``, and those that count."""
 
     settles: Floats
@@ -141,21 +141,21 @@ def measured_current(
     unit = time_constant(eqs)
     counts = (1.0 if eqs.is_steady else MEASURED) * unit
     largest = 0.0
-    rungs = list[_Rung]()
+    rungs = list[Rung]()
     for volts in map(float, voltages):
         settles = (STEPPED if rungs and not eqs.is_steady else FADED) * unit
         if rough is None:
             settling = held.advance(volts, settles)
-            rung = _Rung(settling.charges, settling.seconds, held.advance(volts, counts))
+            rung = Rung(settling.charges, settling.seconds, held.advance(volts, counts))
         else:
             rung, largest = _soon_settled(held, volts, (unit, settles), rough, largest)
         rungs.append(rung)
-    return _table(np.asarray(voltages), rungs, eqs.is_steady, held.together)
+    return table_of(np.asarray(voltages), rungs, eqs.is_steady, held.together)
 
 
 def _soon_settled(
     held: HeldStores, volts: float, times: tuple[float, float], rough: float, largest: float
-) -> tuple[_Rung, float]:
+) -> tuple[Rung, float]:
     """A voltage held by units of time until the current changes by ``rough`` of the largest.
 
     ``times`` are the unit and the longest time, nondimensional.  The second answer is the
@@ -175,11 +175,11 @@ def _soon_settled(
         before = counted
         counted = held.advance(volts, unit)
         largest = max(largest, counted.current)
-    return _Rung(settling, seconds, counted), largest
+    return Rung(settling, seconds, counted), largest
 
 
-def _table(
-    voltages: Floats, rungs: list[_Rung], is_steady: bool, together: int
+def table_of(
+    voltages: Floats, rungs: list[Rung], is_steady: bool, together: int
 ) -> RectifiedCurrent:
     """I(V) of a ladder, with the sampling error under noise, and with the lag under a drive."""
     seconds = np.array([rung.counted.seconds for rung in rungs])

@@ -34,7 +34,7 @@ BOUNDS = [
     ("questions of which load or how many modes", 199, 60),
     ("one-importer modules", 94, 25),
     ("lines above 100 columns", 2618, 0),
-    ("thousands of tokens", 587, 445),
+    ("thousands of tokens", 590, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from harvester.storage.held_stores import Gained
-from harvester.storage.measured_current import _Rung, _table
+from harvester.storage.measured_current import Rung, table_of
 
 
 @pytest.mark.statistics
@@ -16,8 +16,8 @@ def test_density_is_the_variance_of_the_charge_per_time(together):
     for _ in range(200):
         charges = 5.0 + rng.standard_normal(256)
         gained = Gained(charges, np.ones(256), 4.0)
-        rungs.append(_Rung(settles=charges, seconds=1.0, counted=gained))
-    table = _table(np.arange(200.0), rungs, False, together)
+        rungs.append(Rung(settles=charges, seconds=1.0, counted=gained))
+    table = table_of(np.arange(200.0), rungs, False, together)
     expected = 0.25
     error = table.density.std(ddof=1) / np.sqrt(200)
     assert abs(table.density.mean() - expected) < 4.0 * error
