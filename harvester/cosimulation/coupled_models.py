@@ -14,7 +14,7 @@ import numpy as np
 
 from harvester.answers.open_balance import open_balance
 from harvester.arrays import Floats
-from harvester.cosimulation.mean_over_paths import MeanOverPaths
+from harvester.cosimulation.mean_over_paths import MOST_REFINED, MeanOverPaths
 from harvester.cosimulation.model_protocol import can_be_compiled, check_model
 from harvester.cosimulation.model_runs import ModelJob, ModelRun, packed, run_model
 from harvester.cosimulation.ngspice.locate_libngspice import find_library
@@ -386,6 +386,9 @@ def _check_options(span: float, steps: int, given: ChosenOptions) -> None:
         must = (
             f"have at most {MOST_STEPS} steps of `step`, and {MOST_READINGS} readings (see `every`)"
         )
+        raise invalid("`duration`", must, span)
+    if given.within is not None and 2 * steps > MOST_REFINED:
+        must = f"have at most {MOST_REFINED // 2} steps of `step` with `within`, which halves them"
         raise invalid("`duration`", must, span)
     if not 1e-9 <= given.tolerance <= 1e-2:
         raise invalid("`tolerance`", "be between 1e-9 and 1e-2", given.tolerance)

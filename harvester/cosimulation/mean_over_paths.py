@@ -18,7 +18,7 @@ from harvester.uncertainty.value import Value, mean_and_error
 
 FIRST, MOST_PATHS = 4, 256
 MOST_HALVINGS = 8
-MOST_STEPS = 8_000_000  # of a path
+MOST_REFINED = 8_000_000  # steps of a path
 FINEST = 1e-9  # of ngspice's tolerance
 QUARTER = 0.25  # of the tolerance with half the step
 
@@ -64,7 +64,7 @@ class MeanOverPaths:
     @property
     def _is_longest(self) -> bool:
         """Whether a path with half the step would have too many steps for the memory of several workers."""
-        return self.job.steps << (self.halvings + 1) > MOST_STEPS
+        return self.job.steps << (self.halvings + 1) > MOST_REFINED
 
     def finest(self) -> ModelJob:
         """The job at the finest step so far."""

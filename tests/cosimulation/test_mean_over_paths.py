@@ -16,6 +16,19 @@ PIEZO = Piezo(coupling="1 mN/V", capacitance="50.2 nF")
 PLATE = Oscillator(m=0.04, k=16.0, c=6.4e-3)
 START = Motion(1e-3, 0.05)
 OHMS = 1e6
+JOB = ModelJob(
+    model=None,
+    start=None,
+    load=None,
+    port=PIEZO,
+    h=0.1,
+    steps=512,
+    stride=1,
+    seed=7,
+    tolerances=(1e-4, 1.0),
+    probes=(),
+    compiled=False,
+)
 LOAD = hv.Load(resistance=OHMS)
 
 
@@ -65,14 +78,10 @@ def test_the_mean_under_noise_has_both_errors():
 
 def test_noise_of_half_the_step_is_that_of_the_whole_refined():
     """The halves of a coarse step are fine steps, whose halves add up to it; each path has its own noise."""
-    job = ModelJob(None, None, None, PIEZO, 0.1, 512, 1, 7, (1e-4, 1.0), (), False)
+    job = JOB
     coarse = noise_of(job)
-    fine = noise_of(
-        ModelJob(None, None, None, PIEZO, 0.05, 1024, 2, 7, (1e-4, 1.0), (), False, halvings=1)
-    )
-    other = noise_of(
-        ModelJob(None, None, None, PIEZO, 0.1, 512, 1, 7, (1e-4, 1.0), (), False, path=1)
-    )
+    fine = noise_of(replace(job, h=0.05, steps=1024, stride=2, halvings=1))
+    other = noise_of(replace(job, path=1))
     assert np.allclose(fine.sum(axis=1) / np.sqrt(2.0), coarse.ravel())
     assert abs(np.corrcoef(*fine.T)[0, 1]) < 4.0 / np.sqrt(1024)
     assert abs(fine.std() - 1.0) < 4.0 / np.sqrt(2 * 2048)
@@ -81,7 +90,7 @@ def test_noise_of_half_the_step_is_that_of_the_whole_refined():
 
 def test_each_path_and_each_halving_has_noise_of_its_own():
     """White noise of path 0 refined twice adds to that of its halves; what is added is that of no other path."""
-    whole = ModelJob(None, None, None, PIEZO, 0.1, 512, 1, 7, (1e-4, 1.0), (), False)
+    whole = JOB
     finest = replace(whole, steps=2048, halvings=2)
     added = []
     for path in range(3):
@@ -100,9 +109,8 @@ class Apart(MeanOverPaths):
 
 def test_paths_that_part_with_the_step_ask_for_more_paths():
     """A change that is sampling alone does not make the step smaller."""
-    job = ModelJob(None, None, None, PIEZO, 0.1, 512, 1, 7, (1e-4, 1.0), (), False)
     for seed in range(40):
-        mean = Apart(replace(job, seed=seed))
+        mean = Apart(replace(JOB, seed=seed))
         power, reached = mean.to(0.05)
         assert reached and mean.halvings <= 3
         assert abs(power.value - 1.0) < 4.0 * power.normal_stderr + power.bias
@@ -114,3 +122,11 @@ def test_what_is_no_accuracy_is_refused(within):
         hv.InputError, match=r"`within` must be a relative error between 0 and 1, such as 0\.01"
     ):
         cosimulate(PLATE, LOAD, PIEZO, START, "2 s", "10 ms", within=within)
+
+
+def test_a_path_that_is_too_long_to_be_refined_is_refused():
+    """Before anything runs: its noise would fill the memory of several workers."""
+    with pytest.raises(
+        hv.InputError, match=r"`duration` must have at most 4000000 steps of `step` with"
+    ):
+        cosimulate(PLATE, LOAD, PIEZO, START, "1000 s", "20 us", within=0.1, every=100)

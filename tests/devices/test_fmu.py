@@ -144,29 +144,22 @@ def test_states_reset_and_instances():
         fmu.built("plate_with_stop.toml"),
         """
 names = "displacement", "velocity", "voltage", "input_energy"
-def path(slave, t, steps):
-    out = []
-    for _ in range(steps):
-        slave.doStep(t, 0.0123)
-        t += 0.0123
-        out.append(shown(slave, *names))
-    return out
 one = begun(opened())
-first = path(one, 0.0, 100)
+first = path(one, names, 0.0, 100)
 state = one.getFMUstate()
-rest = path(one, 1.23, 100)
+rest = path(one, names, 1.23, 100)
 bytes_ = one.serializeFMUstate(state)
 one.setFMUstate(state)
-again = path(one, 1.23, 100)
+again = path(one, names, 1.23, 100)
 two = begun(opened())
 two.setFMUstate(two.deSerializeFMUstate(bytes_))
-elsewhere = path(two, 1.23, 100)
+elsewhere = path(two, names, 1.23, 100)
 one.freeFMUstate(state)
 one.reset()
 one.setupExperiment(startTime=0.0)
 one.enterInitializationMode()
 one.exitInitializationMode()
-anew = path(one, 0.0, 100)
+anew = path(one, names, 0.0, 100)
 three, four = begun(opened()), begun(opened())
 mixed = []
 for k in range(100):
@@ -292,6 +285,7 @@ def test_library_needs_the_c_library_alone():
         ("plate_with_stop.toml", {"platforms": ["linux"]}, InputError, "unknown platform 'linux'"),
         ("plate_with_stop.toml", {"platforms": []}, InputError, "one at least"),
         ("plate_with_stop.toml", {"fmi": 1}, InputError, "be 2 or 3"),
+        ("plate_with_stop.toml", {"circuit": "netlist"}, InputError, "a load without a netlist"),
         ("plate_with_stop.toml", {"circuit": "beside"}, InputError, "inside, outside or netlist"),
         ("plate_with_stop.toml", {"name": "x"}, InputError, "must belong to a subcircuit"),
         ("paper_figure3.toml", {}, InputError, "must be a device"),

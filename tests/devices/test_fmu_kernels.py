@@ -51,27 +51,6 @@ for seed in range(24):
     slave.freeInstance()
 print(json.dumps(powers))
 """
-# With event mode and without: how many events and impacts, and the state at the end
-EVENTS = """
-found = []
-for events in (True, False):
-    slave = opened(3)
-    slave.instantiate(eventModeUsed=events, earlyReturnAllowed=events)
-    begun(slave, 3)
-    if events:
-        slave.enterStepMode()
-    t, count = 0.0, 0
-    while t < 5.0 - 1e-9:
-        event, _, early, t = slave.doStep(t, min(0.01, 5.0 - t), noSetFMUStatePriorToCurrentPoint=True)
-        if event:
-            count += 1
-            slave.enterEventMode()
-            slave.updateDiscreteStates()
-            slave.enterStepMode()
-    found.append([count, *shown(slave, "displacement", "voltage", "load_energy", version=3),
-                  slave.getInt32([number["impacts"]])[0]])
-print(json.dumps(found))
-"""
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +84,8 @@ def test_the_path_is_that_of_the_kernel(compliant):
 
 def test_events_on_the_grid_leave_the_path_as_it_is():
     """FMI 3.0 under noise: each impact is an event, and the path is that without event mode."""
-    with_events, without = fmu.run(fmu.built("plate_with_stop.toml", fmi=3), EVENTS)
+    names = 'names = "displacement", "voltage", "load_energy"'
+    with_events, without = fmu.run(fmu.built("plate_with_stop.toml", fmi=3), names + fmu.EVENTS)
     assert without[0] == 0
     assert with_events[0] == with_events[-1] == without[-1] > 20
     assert with_events[1:] == pytest.approx(without[1:], rel=1e-10)

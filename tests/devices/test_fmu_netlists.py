@@ -1,4 +1,4 @@
-"""FMUs with a netlist inside: the path of engine `compiled` to 1e-12, energies, states, and refusals."""
+"""FMUs with a netlist inside: the path of engine `compiled` to 1e-10, energies, states, and refusals."""
 
 import zipfile
 
@@ -95,7 +95,7 @@ def test_boards_and_chips(name):
 
 
 def test_ledger_with_impacts(struck):
-    """What the base gives is lost or stored to 0.1 %, of which the load has a part; 1.8e-5 was observed."""
+    """What the base gives is lost or stored to 1e-4, of which the load has a part; 1.8e-5 was observed."""
     found = fmu.run(
         fmu.built(str(struck), circuit="netlist"),
         """
@@ -120,32 +120,26 @@ def test_states_instances_and_a_charged_store(struck):
         fmu.built(str(struck), circuit="netlist"),
         """
 names = "displacement", "voltage", "store_voltage", "load_energy", "delivered_energy"
-def path(slave, t, steps):
-    out = []
-    for _ in range(steps):
-        slave.doStep(t, 0.0123)
-        t += 0.0123
-        out.append(shown(slave, *names))
-    return out
 one = begun(opened())
-first = path(one, 0.0, 50)
+first = path(one, names, 0.0, 50)
 state = one.getFMUstate()
-rest = path(one, 0.615, 50)
+rest = path(one, names, 0.615, 50)
 bytes_ = one.serializeFMUstate(state)
 one.setFMUstate(state)
-again = path(one, 0.615, 50)
+again = path(one, names, 0.615, 50)
 two = begun(opened(), initial__store_voltage=3.0)
 charged = shown(two, "store_voltage")[0]
-path(two, 0.0, 20)
+path(two, names, 0.0, 20)
 two.setFMUstate(two.deSerializeFMUstate(bytes_))
-elsewhere = path(two, 0.615, 50)
+elsewhere = path(two, names, 0.615, 50)
 one.reset()
 one.setupExperiment(startTime=0.0)
 one.enterInitializationMode()
 one.exitInitializationMode()
 held = begun(opened(), initial__store_voltage=3.0)
 held.doStep(0.0, 0.015)
-print(json.dumps([rest == again == elsewhere, path(one, 0.0, 50) == first, charged, shown(held, "store_voltage")[0]]))
+same = rest == again == elsewhere
+print(json.dumps([same, path(one, names, 0.0, 50) == first, charged, shown(held, "store_voltage")[0]]))
 """,
     )
     assert found[:3] == [True, True, 3.0]
@@ -252,29 +246,8 @@ def test_a_state_of_another_unit_is_refused_and_one_of_its_own_cannot_address_me
 
 def test_events_leave_the_path_as_it_is(struck):
     """FMI 3.0: each impact ends a step; the netlist's counts and the path are those without events."""
-    found = fmu.run(
-        fmu.built(str(struck), fmi=3, circuit="netlist"),
-        """
-found = []
-for events in (True, False):
-    slave = opened(3)
-    slave.instantiate(eventModeUsed=events, earlyReturnAllowed=events)
-    begun(slave, 3)
-    if events:
-        slave.enterStepMode()
-    t, count = 0.0, 0
-    while t < 5.0 - 1e-9:
-        event, _, early, t = slave.doStep(t, min(0.01, 5.0 - t), noSetFMUStatePriorToCurrentPoint=True)
-        if event:
-            count += 1
-            slave.enterEventMode()
-            slave.updateDiscreteStates()
-            slave.enterStepMode()
-    found.append([count, *shown(slave, "displacement", "voltage", "delivered_energy", version=3),
-                  slave.getInt32([number["impacts"]])[0]])
-print(json.dumps(found))
-""",
-    )
+    names = 'names = "displacement", "voltage", "delivered_energy"'
+    found = fmu.run(fmu.built(str(struck), fmi=3, circuit="netlist"), names + fmu.EVENTS)
     assert found[0][0] == found[0][-1] == found[1][-1] > 10
     assert found[0][1:] == pytest.approx(found[1][1:], rel=1e-10)
 
@@ -312,20 +285,7 @@ def test_an_excessive_input_has_a_status(struck):
     """A base acceleration of +-1e30 m/s^2 on the netlist is an answer or an error, in a time that ends."""
     answers = fmu.run(
         fmu.built(str(struck), circuit="netlist"),
-        """
-answers = []
-for a in (1e30, -1e30):
-    one = begun(opened())
-    one.setReal([number["base_acceleration"]], [a])
-    for k in range(20):
-        try:
-            one.doStep(0.05 * k, 0.05)
-            answers.append("done" if np.isfinite(shown(one, "voltage", "displacement")).all() else "not finite")
-        except Exception as error:
-            answers.append(str(error))
-            break
-print(json.dumps(answers))
-""",
+        "accelerations = 1e30, -1e30" + fmu.HARSH,
         timeout=60,
     )
     assert all(answer == "done" or "fmi2DoStep" in answer for answer in answers)

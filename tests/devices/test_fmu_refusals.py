@@ -138,23 +138,7 @@ print(json.dumps(answers))
 
 def test_the_greatest_input_ends_with_a_status():
     """An acceleration of 1e30 m/s^2 is an answer or an error, in a time that ends."""
-    answers = fmu.run(
-        fmu.built(),
-        """
-one = begun(opened())
-one.setReal([number["base_acceleration"]], [1e30])
-answers = []
-for k in range(20):
-    try:
-        one.doStep(0.05 * k, 0.05)
-        answers.append("done")
-    except Exception as error:
-        answers.append(str(error))
-        break
-print(json.dumps(answers))
-""",
-        timeout=60,
-    )
+    answers = fmu.run(fmu.built(), "accelerations = (1e30,)" + fmu.HARSH, timeout=60)
     assert all(answer == "done" or "fmi2DoStep" in answer for answer in answers)
 
 

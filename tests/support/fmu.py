@@ -50,6 +50,48 @@ def begun(slave, version=2, start=0.0, **values):
     return slave
 def shown(slave, *names, version=2):
     return (slave.getReal if version == 2 else slave.getFloat64)([number[name] for name in names])
+def path(slave, names, t, steps):
+    out = []
+    for _ in range(steps):
+        slave.doStep(t, 0.0123)
+        t += 0.0123
+        out.append(shown(slave, *names))
+    return out
+"""
+# With event mode and without: how many events, the ``names`` at the end, and the impacts
+EVENTS = """
+found = []
+for events in (True, False):
+    slave = opened(3)
+    slave.instantiate(eventModeUsed=events, earlyReturnAllowed=events)
+    begun(slave, 3)
+    if events:
+        slave.enterStepMode()
+    t, count = 0.0, 0
+    while t < 5.0 - 1e-9:
+        event, _, early, t = slave.doStep(t, min(0.01, 5.0 - t), noSetFMUStatePriorToCurrentPoint=True)
+        if event:
+            count += 1
+            slave.enterEventMode()
+            slave.updateDiscreteStates()
+            slave.enterStepMode()
+    found.append([count, *shown(slave, *names, version=3), slave.getInt32([number["impacts"]])[0]])
+print(json.dumps(found))
+"""
+# Each of some accelerations for a second: done with finite outputs, or the error
+HARSH = """
+answers = []
+for a in accelerations:
+    one = begun(opened())
+    one.setReal([number["base_acceleration"]], [a])
+    for k in range(20):
+        try:
+            one.doStep(0.05 * k, 0.05)
+            answers.append("done" if np.isfinite(shown(one, "voltage", "displacement")).all() else "not finite")
+        except Exception as error:
+            answers.append(str(error))
+            break
+print(json.dumps(answers))
 """
 
 

@@ -20,7 +20,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.effects import UNIT, unknown_to
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
-from harvester.errors import CannotServeError, InputError
+from harvester.errors import CannotServeError, InputError, invalid
 from harvester.mechanics.kernels.coefficients import coefficients
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.shaking import drawn_record, filter_of
@@ -69,9 +69,7 @@ def check(problem: Problem) -> None:
         )
 
 
-def part_of(
-    problem: Problem, scales: Scales, circuit: str = "inside", seed: int = 0
-) -> CompiledPart:
+def part_of(problem: Problem, scales: Scales, circuit: str = INSIDE, seed: int = 0) -> CompiledPart:
     """The compiled part of a problem in fixed ``scales``, with a ``circuit`` as of `export_fmu`.
 
     ``seed`` draws the noise record for a tabulated density.
@@ -88,6 +86,8 @@ def part_of(
             board = _board(problem)
             tables = circuit_tables(board, step_of(eqs, board))
             load = tables.numbers
+    elif circuit == NETLIST:
+        raise invalid("`circuit`", "be inside or outside for a load without a netlist", circuit)
     plan = _plan(eqs, load, circuit == OUTSIDE, step_of(eqs, load), seed)
     return CompiledPart(
         plan=plan,

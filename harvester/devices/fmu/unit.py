@@ -42,7 +42,7 @@ def export_fmu(
     scene: AnyScene,
     out: str | Path,
     *,
-    circuit: str = "inside",
+    circuit: str = parts.INSIDE,
     fmi: int = 2,
     platforms: str | Sequence[str] | None = None,
     seed: int = 0,
@@ -127,7 +127,9 @@ def _checked(out: str | Path, argument: str) -> tuple[Path, str]:
 def _options(circuit: str, fmi: int, platforms: str | Sequence[str] | None) -> list[str]:
     """The platforms; InputError for an option that is unknown."""
     if circuit not in parts.CIRCUITS:
-        raise invalid("`circuit`", "be inside, outside or netlist", circuit)
+        raise invalid(
+            "`circuit`", f"be {', '.join(parts.CIRCUITS[:-1])} or {parts.CIRCUITS[-1]}", circuit
+        )
     if fmi not in VERSIONS:
         raise invalid("`fmi`", "be 2 or 3", fmi)
     if platforms is None:

@@ -7,7 +7,9 @@ from numba import carray, types  # type: ignore[attr-defined]
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.noise import shuffle, two_variates
 from harvester.mechanics.kernels.shaking import Filter, shake
+from harvester.mechanics.part.part_state import W
 
+SIZE = int(W.SIZE)
 DIGITS = 1.0 / 2.0**53
 
 
@@ -32,7 +34,7 @@ def shaker_of(f, w, words):
     """The filter of coloured noise on the state's own numbers; None without."""
     if f is None:
         return None
-    state = carray(w, (24,))
+    state = carray(w, (SIZE,))
     random = carray(words, (2,))
     return Filter(
         a11=f.a11,
@@ -81,5 +83,5 @@ def step_noise(w, shaker):
     """Advance filtered noise by a step: its acceleration afterwards."""
     if shaker is None:
         return 0.0
-    shake(carray(w, (24, 1))[20:22], False, shaker)
+    shake(carray(w, (SIZE, 1))[20:22], False, shaker)
     return w[21]
