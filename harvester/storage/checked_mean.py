@@ -125,6 +125,7 @@ class CheckedMean:
         rougher: SlowCircuit,
         table: RectifiedCurrent,
         checks: dict[str, Check],
+        *,
         step: float,
         stride: int = 1,
     ) -> None:
