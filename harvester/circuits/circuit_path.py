@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
@@ -127,6 +127,19 @@ def _noted(load, mid, row):
     if load.states is not None:  # an assignment of rows would compile the text of its errors
         for k in range(len(mid.state)):
             load.states[row, k] = mid.state[k]
+
+
+class TraceArguments(TypedDict):
+    """The arguments of `CompiledCircuit.trace` and `trace_circuit`, apart from the circuit."""
+
+    eqs: Equations
+    noise: Floats
+    h: float
+    stride: int
+    start: Floats
+    state: Floats
+    shaking: Floats | None
+    kicked: bool
 
 
 def trace_circuit(

@@ -205,10 +205,12 @@ class Settling:
             least = [max(EXPLAINED * self.size(change), worth) for change in changed]
             kept = [self.size(change) > size for change, size in zip(moved, least, strict=True)]
             known.append([values[kept] for values in new])
-        both = [
+        if not known:
+            return None
+        states, residuals, means = (
             np.concatenate(values)[-KEPT if worth else 0 :] for values in zip(*known, strict=True)
-        ]
-        return Secants(*both) if both and len(both[0]) else None
+        )
+        return Secants(states, residuals, means) if len(states) else None
 
     def probe(self) -> None:
         """Continue from where changes of each slow part lead."""

@@ -141,8 +141,8 @@ def pattern_of(coefficients: Any) -> Any:
     """Coefficients with zeros in place of numbers, also in tuples among them."""
     if not isinstance(coefficients, tuple):
         return None if coefficients is None else 0.0
-    pattern = [pattern_of(coefficient) for coefficient in coefficients]
-    return type(coefficients)(*pattern) if hasattr(coefficients, "_fields") else tuple(pattern)
+    as_given = getattr(coefficients, "_make", tuple)
+    return as_given([pattern_of(coefficient) for coefficient in coefficients])
 
 
 @cache

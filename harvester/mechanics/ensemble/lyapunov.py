@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -140,9 +141,11 @@ def exponent(
             "strong: give fewer `trajectories`"
         )
     done = (lambda fraction: None) if progress is None else progress
-    run = (eqs, child(seed, 0), trajectories, burn_in, duration, h)
-    fine, pushed, steps = _run(*run, False, lambda part: done(part * 2 / 3))
-    coarse, coarse_pushed, coarse_steps = _run(*run, True, lambda part: done((2 + part) / 3))
+    run = partial(_run, eqs, child(seed, 0), trajectories, burn_in, duration, h)
+    fine, pushed, steps = run(coarse=False, progress=lambda part: done(part * 2 / 3))
+    coarse, coarse_pushed, coarse_steps = run(
+        coarse=True, progress=lambda part: done((2 + part) / 3)
+    )
     value, stderr = controlled_mean(fine, pushed)
     bias = abs(step_bias([fine, coarse], controls=np.hstack([pushed, coarse_pushed]))[0])
     return Growth(

@@ -223,9 +223,20 @@ class ModalMotion:
         rows = len(order)
         z = aligned((rows + BESIDE + (0 if batch.controls is None else self.martingales), BATCH))
         z[:rows] = state[order]
-        of_batch = batch.s0, batch.s1, batch.sums, batch.controls
-        given = schedule, h, self.coefficients, shaker, update_of(eqs, h), store, self.circuit
-        advance_modes(z.reshape(-1), *of_batch, *given)
+        advance_modes(
+            z.reshape(-1),
+            s0=batch.s0,
+            s1=batch.s1,
+            sums=batch.sums,
+            controls=batch.controls,
+            schedule=schedule,
+            h=h,
+            c=self.coefficients,
+            shaker=shaker,
+            update=update_of(eqs, h),
+            store=store,
+            circuit=self.circuit,
+        )
         state[order] = z[:rows]
 
     def mid_drift(
