@@ -235,10 +235,9 @@ class Settling:
                     )
         if derivatives:
             self._forget(1)
-            self.known, self.stale = (
-                Secants(*(np.array(entries) for entries in zip(*derivatives, strict=True))),
-                CURVED,
-            )
+            states, residuals, means = map(np.array, zip(*derivatives, strict=True))
+            self.known = Secants(states, residuals, means)
+            self.stale = CURVED
         self.probed = True
 
     def _keep(self, residual: Floats) -> None:
@@ -295,7 +294,8 @@ class Settling:
                 if y is reached:
                     raise
                 step *= SHORTER
-                self.state, y = reached, self._nearer(reached, step)
+                y = self._nearer(reached, step)
+                self.state = reached
                 continue
             residual = self.slow @ (self.state - y)
             self._keep(residual)

@@ -262,10 +262,10 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[FigurePo
                 "",
                 float(value),
                 theory,
-                ours,
-                monte_carlo,
-                error,
-                density,
+                averaged=ours,
+                ensemble=monte_carlo,
+                ensemble_stderr=error,
+                density=density,
             )
 
 
