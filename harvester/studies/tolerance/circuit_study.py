@@ -25,7 +25,7 @@ from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines.device_runs import DeviceRun, DeviceWorkers
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, InputError
+from harvester.errors import HarvesterError
 from harvester.machine.execution import Execution
 from harvester.machine.progress import remark
 from harvester.presentation.diagnostic import Diagnostic, note, warning
@@ -35,7 +35,7 @@ from harvester.studies.tolerance.curved_law import CurvedLaw
 from harvester.studies.tolerance.distribution import wilson
 from harvester.studies.tolerance.first_order import FAR, error_of_difference
 from harvester.studies.tolerance.samples import QUANTITIES, Samples
-from harvester.studies.tolerance.study import RUNS, ToleranceRequest, ToleranceRuns
+from harvester.studies.tolerance.study import RUNS, ToleranceRequest, ToleranceRuns, check_devices
 from harvester.uncertainty.value import amount, half95
 
 BUDGET = 60.0  # s, if none is given
@@ -90,7 +90,7 @@ class CircuitStudy:
         request = self.request
         x = design.values_at(request.spreads, request.u)
         ends = design.values_at(request.spreads, design.one_by_one(len(request.keys)))
-        self._check_devices(np.vstack([ends, x]))
+        check_devices(request, np.vstack([ends, x]))
         cheap = replace(engine, judged=False)
         if self._at_once(cheap) > 1 and cheap.trajectories is None:
             cheap = replace(cheap, trajectories=TRAJECTORIES)
@@ -124,28 +124,6 @@ class CircuitStudy:
         return self.request.scene.varied(
             dict(zip(self.request.keys, map(float, values), strict=True))
         )
-
-    def _check_devices(self, values: Floats) -> None:
-        """InputError for a device that cannot be, before any is computed.
-
-        ``values`` are the keys' values of all devices, (n, keys), of which those with the least or
-        the largest value of a key are checked.
-        """
-        spreads = self.request.spreads
-        extreme = np.concatenate([values.argmin(axis=0), values.argmax(axis=0)])
-        for row in values[extreme]:
-            try:
-                Problem(self._scene(row))
-            except InputError as error:
-                raise InputError(f"`vary` must allow all devices, but of one {error}") from None
-        for spread, least in zip(spreads, values.min(axis=0), strict=True):
-            part = spread.key.removeprefix("load.parameters.")
-            is_part = part != spread.key and part[0].upper() in "RCL"
-            if is_part and least <= 0.0 < spread.at(np.array(0.5)):
-                raise InputError(
-                    f"`vary` must keep {spread.key} above 0, but {spread.written!r} reaches "
-                    f"{least:.3g}"
-                )
 
     def _runs(self, kind: Enum, engine: Any, values: Floats, size: int = 1) -> Iterator[DeviceRun]:
         """Runs of an engine at keys' values, shape (n, keys), ``size`` of them at a time."""

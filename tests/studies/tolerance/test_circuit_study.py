@@ -12,7 +12,7 @@ from harvester.presentation.diagnostic import has
 from harvester.studies.tolerance.circuit_study import CircuitStudy
 from harvester.studies.tolerance.device_limits import parse
 from harvester.studies.tolerance.spreads import spreads
-from harvester.studies.tolerance.study import ToleranceRequest
+from harvester.studies.tolerance.study import ToleranceRequest, check_devices
 from harvester.studies.tolerance.tolerance_result import ToleranceResult
 from tests.support.paths import ROOT
 
@@ -172,6 +172,23 @@ def test_a_device_that_cannot_be_is_refused_before_any_is_computed():
     ):
         study(engine, spreads=wide, scene=bridge, samples=2048)
     assert not engine.calls
+
+
+def test_a_part_is_known_by_the_circuit_rather_than_by_its_key(tmp_path):
+    """The parameter ``leak`` may be negative, unless a part then is; a key needs a name."""
+    board = tmp_path / "leaky.cir"
+    body = ".subckt load p n leak=0.5\nR1 p m {1meg*(1 + leak)}\nRload m n 1meg\n.ends\n"
+    board.write_text(body)
+    scene = PLATE.with_load(hv.Load(netlist=str(board)))
+    leaky = replace(request(scene=scene), spreads=spreads({"load.parameters.leak": "-2:3"}, scene))
+    check_devices(leaky, np.array([[0.5], [-0.5], [1.0]]))
+    with pytest.raises(hv.InputError, match=r"at load\.parameters\.leak of -2 r1 must be above 0"):
+        check_devices(leaky, np.array([[0.5], [-2.0], [1.0]]))
+    board.write_text(body.replace("(1 + leak)", "leak"))
+    with pytest.raises(hv.InputError, match=r"keep load\.parameters\.leak above 0, but '-2:3'"):
+        check_devices(leaky, np.array([[0.5], [-2.0], [1.0]]))
+    with pytest.raises(hv.InputError, match=r"unknown .* 'parameters\.'"):
+        spreads({"load.parameters.": "1:2"}, scene)
 
 
 def test_a_budget_that_is_spent_has_no_more_runs_and_says_so():
