@@ -1,19 +1,21 @@
 """The runs of a study of tolerances: which samples an engine computes, which a dearer one, which a polynomial."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
-from harvester.errors import InputError
+from harvester.errors import HarvesterError, InputError, SimulationError
 from harvester.machine.execution import Execution
 from harvester.machine.progress import PartOfProgress
 from harvester.netlists.load_circuit import effective_value
 from harvester.presentation.diagnostic import Diagnostic, warning
+from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.sweep.compute import compute_table
@@ -24,6 +26,7 @@ from harvester.studies.tolerance.curved_law import CurvedLaw
 from harvester.studies.tolerance.device_limits import Limit
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.surface import Polynomial, fit
+from harvester.uncertainty.value import amount
 
 FORMULAS = 512  # of them that an engine of formulas computes, unless their polynomial is rough
 RUNS = 24  # that an engine that samples computes, for each key and one more
@@ -216,6 +219,20 @@ def _failures(table: SweepTable) -> Iterator[Diagnostic]:
         yield warning("samples_failed", failed=len(failed), count=len(table.rows), first=failed[0])
     if warned:
         yield warning("samples_warned", warned=len(warned), count=len(table.rows), first=warned[0])
+
+
+def answer_at(
+    keys: Sequence[str], values: Floats, answer: Estimate | HarvesterError, key: int | None = None
+) -> Estimate:
+    """The answer at keys' values; an error is raised with these, or one ``key``, in its sentence."""
+    if not isinstance(answer, HarvesterError):
+        return answer
+    located = [
+        f"{keys[k]} of {amount(float(values[k]), unit_of(keys[k]))}"
+        for k in (range(len(keys)) if key is None else [key])
+    ]
+    kind = type(answer) if isinstance(answer, SimulationError) else InputError
+    raise kind(f"at {', '.join(located)} {answer}")
 
 
 def check_devices(request: ToleranceRequest, values: Floats) -> None:
