@@ -161,7 +161,7 @@ class ChargingResult(TableResult):
         names = [f"{self.probe}_{column}" for column in ("mean", "low", "high")]
         columns = [Column(name, cells, self.unit) for name, cells in zip(names, known, strict=True)]
         columns = [
-            Column("time", self.t, self.unit_names.time),
+            Column("time", self.t, self.unit_names.time, "time"),
             *columns,
             Column("share_arrived", self.arrived),
         ]
