@@ -121,7 +121,7 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = (), beside: str
 def _legend_inside(axes: Axes, named: dict[str, Any], note: str) -> None:
     """Add a legend as wide as the axes at most, at the best place if the search is quick."""
     across = max(12, int(14.0 * axes.bbox.width / axes.figure.dpi))
-    points = sum(len(line.get_xydata()) for line in axes.lines)
+    points = sum(np.size(line.get_xdata()) for line in axes.lines)
     quick = not axes.collections and not axes.images and points <= _POINTS_SEARCHED
     with styled():
         axes.legend(

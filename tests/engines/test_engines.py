@@ -272,7 +272,7 @@ def test_refusals(monkeypatch):
     with pytest.raises(InputError, match="`trajectories`"):
         hv.Ensemble(trajectories=0)
     monkeypatch.setenv("NGSPICE_LIBRARY_PATH", "/nonexistent/libngspice.so")
-    with pytest.raises(MissingProgramError, match="apt-get install"):
+    with pytest.raises(MissingProgramError, match="unset NGSPICE_LIBRARY_PATH"):
         hv.Spice().run(PLATE)
 
 
