@@ -138,7 +138,7 @@ def test_load_that_the_engine_cannot_take(harvester, tmp_path, load, engine, say
 
 @pytest.mark.ngspice
 def test_a_netlist_goes_to_spice_by_default(harvester, tmp_path):
-    """Neither command asks the engines that cannot serve it; here it fails at the netlist, in spice."""
+    """Neither command asks the engines that cannot support it; here it fails at the netlist, in spice."""
     scene = plate_with(tmp_path, 'netlist = "brige"')
     for args in (
         ("run", scene),

@@ -1,4 +1,4 @@
-"""The doctor tells what is there, what is missing, and how to get it; it never fails."""
+"""The doctor reports what is there, what is missing, and how to get it; it never fails."""
 
 import json
 

@@ -50,7 +50,7 @@ def _mine():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_picture_has_a_main_panel(name):
-    """The panel is in the axes given, with a label of each axis; the axes beside it stay empty."""
+    """The panel is in the axes given, with a label of each axis; the axes next to it stay empty."""
     figure, left, right = _mine()
     assert PICTURES[name]().plot(ax=left) is figure
     figure.draw_without_rendering()

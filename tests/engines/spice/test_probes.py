@@ -1,4 +1,4 @@
-"""What a run tells of the circuit beside the power: probes with errors, and each element's share of the energy."""
+"""What a run reports of the circuit next to the power: probes with errors, and each element's share of the energy."""
 
 import dataclasses
 import json
