@@ -85,7 +85,7 @@ def test_ladder_is_the_exact_bias():
 
 @pytest.mark.parametrize(("h", "terms"), [(0.5, 2), (0.7, 1)])
 def test_ladder_leaves_out_what_is_unstable(h, terms):
-    """E_h grows as 1/(1 - h^2/4): by 25 % from h = .5 to 1, by 70 % from .7 to 1.4, without bound from 1 to 2."""
+    """E_h grows as 1/(1 - h^2/4): by 25 % from h = 0.5 to 1, by 70 % from 0.7 to 1.4, without bound from 1 to 2."""
     assert (
         len(
             richardson_ladder(
@@ -422,7 +422,7 @@ def test_budget_that_is_spent_leaves_one_setting_an_engine(spent):
 
 @pytest.fixture
 def measurement():
-    """One run of the ensemble, said to have taken 2 s."""
+    """One run of the ensemble, stated to have taken 2 s."""
     measurement = Measurement(Problem(LINEAR), budget=1e3)
     run = measurement.run(hv.Ensemble(trajectories=128, dt=0.1))
     measurement.runs[0] = dataclasses.replace(
