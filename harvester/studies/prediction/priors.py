@@ -38,7 +38,7 @@ class Prior:
     """A spread of a quantity of a real device about its number in a scene.
 
     ``sigma`` is the standard deviation of its logarithm, or None if ``between`` has the ends of a
-    uniform spread.
+    uniform spread.  ``median`` is that of the class, if no scene has a number; None if there is none.
     """
 
     quantity: str
@@ -46,6 +46,7 @@ class Prior:
     sigma: float | None
     between: tuple[float, float] | None
     source: str
+    median: float | None = None
 
     @property
     def key(self) -> str:
@@ -90,6 +91,7 @@ def prior_of(quantity: str, origin: str, device_class: str) -> Prior | None:
         row.get("sigma"),
         None if between is None else tuple(between),
         row["source"],
+        row.get("median"),
     )
 
 
