@@ -66,8 +66,7 @@ def error_of_circuit(
     no less of a user's own, whose difference is measured; that is not known if ngspice is missing,
     gives no answer, or needs longer than `PATIENCE`.  For a record a ``piece`` is run.
     """
-    assert problem.circuit is not None, "a rectifier is part of a circuit"
-    if problem.circuit.topology is not None:
+    if problem.load_circuit.topology is not None:
         return JUDGE, ""
     measured = current_difference(problem, volts, seed, piece)
     return (JUDGE, COMPILED_CIRCUIT) if measured is None else (max(measured, JUDGE), "")
@@ -81,10 +80,9 @@ def current_difference(
     from harvester.cosimulation.worker_pool import map_in_workers
 
     eqs, scales = problem.equations, problem.scales
-    assert problem.circuit is not None, "a rectifier is part of a circuit"
     if eqs.modes is not None or (eqs.record is not None and piece is None):
         return None
-    load = held_load(problem.circuit, HELD * scales.capacitance)
+    load = held_load(problem.load_circuit, HELD * scales.capacitance)
     h = whole_steps(step_from_rest(eqs), eqs.shaking_period) if piece is None else piece.h
     device = CoupledDevice(
         eqs, scales, load, h, 1, reltol=RELTOL, ideal=compiled_circuit(load, scales)
