@@ -74,6 +74,7 @@ def sweep(table: SweepTable, title: str | None) -> Plot:
             figure,
             _note(table, len(curves_of)),
             legend_lines(shown, engines, len(curve_axis.values)),
+            beside="A ratio has the errors of both engines." if several else "",
         )
     return figure
 
@@ -167,8 +168,7 @@ def _error_notes(table: SweepTable, groups: int) -> Iterator[str]:
     if any(power.stderr is not None for _, power in powers):
         points = Counter(engine for engine, _ in powers)
         what = "Bars" if max(points.values()) <= MOST_BARS * groups else "Bands"
-        both = ", for a ratio those of both engines" if len(table.engines) > 1 else ""
-        yield f"{what}: 95 % interval of sampling and time step{both}."
+        yield f"{what}: 95 % interval of sampling and time step."
     stated = _engines(
         powers, lambda p: p.stderr is None and p.known_error95 > VISIBLE * abs(p.value)
     )

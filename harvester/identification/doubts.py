@@ -21,6 +21,10 @@ def residual_rms(best: DeviceFit) -> float:
             for channel, noise in zip(best.channels, best.noise, strict=True)
         ]
     )
+    values = best.values()
+    for at, (channel, kept) in enumerate(zip(best.channels, best.kept, strict=True)):
+        if channel.given_noise is not None:
+            parts[at] = abs(float(channel.residuals(values, kept)[0]))
     return math.sqrt(float(counts @ parts**2) / max(float(counts.sum()), 1.0))
 
 
@@ -38,12 +42,14 @@ def misfits(best: DeviceFit) -> list[Diagnostic]:
     swept = (  # the residual of a ring-down may be noise
         _relative(channel, noise)
         for channel, noise in zip(best.channels, best.noise, strict=True)
-        if channel.name != "ring-down"
+        if channel.name != "ring-down" and channel.given_noise is None
     )
     rms = max(swept, default=0.0)
     if rms > STRANGE:
         warnings.append(warning("fit_is_off", percent=100.0 * rms))
     for channel, kept, noise in zip(best.channels, best.kept, best.noise, strict=True):
+        if channel.given_noise is not None:
+            continue
         off = channel.residuals(values, kept)[kept > 0.0]
         where = {"file": channel.source.name, "curve": channel.name}
         trend = pattern(

@@ -124,7 +124,7 @@ class Motion(TableResult):
         """Time, displacement, velocity, voltage, the base's acceleration and the probes."""
         units = self.unit_names
         columns = [
-            Column("time", self.time, units.time),
+            Column("time", self.time, units.time, "time"),
             Column("displacement", self.displacement, units.length),
         ]
         columns += [

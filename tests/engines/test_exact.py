@@ -1,4 +1,4 @@
-"""What `exact` says of the motion beside the power, against an integration of the equations."""
+"""What `exact` states of the motion next to the power, against an integration of the equations."""
 
 import math
 

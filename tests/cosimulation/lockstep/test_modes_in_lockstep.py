@@ -141,7 +141,7 @@ def _one_netlist(scene, begin, end, step, vectors=(POWER,)):
     "name, fine", [("bridge", 400), pytest.param("sece", 1000, marks=THOROUGH)]
 )
 def test_one_netlist(name, fine):
-    """Three modes in lock-step under a sinusoid give the power of one netlist of modes and circuit within .1 %.
+    """Three modes in lock-step under a sinusoid give the power of one netlist of modes and circuit within 0.1 %.
 
     A period of the sinusoid is ``fine`` steps.
     """
