@@ -60,7 +60,7 @@ class Problem:
 
     @property
     def load_circuit(self) -> "LoadCircuit":
-        """The circuit of a load that is there: an open circuit, which has none, is refused before."""
+        """The load's circuit for an engine that has refused an open circuit."""
         assert self.circuit is not None, "an engine's refusal checks this"
         return self.circuit
 

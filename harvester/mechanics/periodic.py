@@ -82,7 +82,7 @@ def periods_to_settle(eqs: Equations, turns: int) -> float:
 
 
 def periods_that_hold(oscillations: float, period: float, least: int = 1) -> int:
-    """How many drive periods hold so many oscillations of the mass, of 2 pi; a record's may hold many."""
+    """How many periods of the drive hold so many oscillations of the mass, at least ``least``."""
     return max(math.ceil(oscillations * min(2.0 * math.pi / period, 1.0)), least)
 
 
@@ -101,9 +101,10 @@ class Secants:
 
 @dataclass(frozen=True)
 class Remainder:
-    """The rest of the way to a fixed point: relative to the state's ``size``, and ``means`` that it may change.
+    """The rest of the way to a fixed point.
 
-    ``unexplained`` is the part of ``size`` that no known change explains (`Settling.unexplained`).
+    ``size`` is relative to the state's; ``means`` are their changes on that way; ``unexplained`` is
+    the part of ``size`` that no known change explains (`Settling.unexplained`).
     """
 
     size: float
@@ -111,7 +112,7 @@ class Remainder:
     unexplained: float
 
     def shares(self, means: Floats, stderr: Floats | float = 0.0) -> Floats:
-        """The parts of ``means`` that the rest of the way may change, with their own standard error."""
+        """The parts of ``means`` that the rest may change, with their standard error."""
         known = (np.abs(self.means) + stderr) / np.maximum(means, 1e-300)
         return np.asarray(SURE * (known + self.unexplained))
 
@@ -195,7 +196,7 @@ class Settling:
         return self.slowest * self.residual_norm(rest)
 
     def remainder(self, residual: Floats) -> Remainder:
-        """The rest of the way from a state whose slow part changes by ``residual`` in a turn, shape (n,)."""
+        """The rest of the way, of which ``residual`` is as of `left`."""
         left, means = self.left(residual)
         unexplained = self.unexplained(residual)
         size = self.residual_norm(residual) + self.size(self.slow @ left) + unexplained
