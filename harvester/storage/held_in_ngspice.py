@@ -90,13 +90,12 @@ def current_difference(
     from harvester.cosimulation.worker_pool import map_in_workers
 
     eqs, scales = problem.equations, problem.scales
-    assert problem.circuit is not None, "a rectifier is part of a circuit"
     left = PATIENCE if deadline is None else min(deadline - time.perf_counter(), PATIENCE)
     if left <= 0.0:
         return None
     if eqs.modes is not None or (eqs.record is not None and piece is None):
         return None
-    load = held_load(problem.circuit, HELD * scales.capacitance)
+    load = held_load(problem.load_circuit, HELD * scales.capacitance)
     h = whole_steps(step_from_rest(eqs), eqs.shaking_period) if piece is None else piece.h
     device = CoupledDevice(
         eqs, scales, load, h, 1, reltol=RELTOL, ideal=compiled_circuit(load, scales)
