@@ -53,8 +53,8 @@ SHARE, SHORT = 0.3, 5.0
     cloup.option(
         "--sensitivity",
         is_flag=True,
-        help="Also report the sensitivity of the power to every scene key (engine density) or netlist element "
-        "(engine compiled).",
+        help="Also report the sensitivity of the power to every scene key (engine exact or density) or netlist "
+        "element (engine slow or compiled).",
     ),
 )
 @cloup.option_group(
