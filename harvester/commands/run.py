@@ -83,8 +83,8 @@ def run(
     **options: Any,
 ) -> None:
     """Mean power and mean square voltage of one SCENE by one engine."""
-    from harvester.commands.progress import Bar
     from harvester.engines import selection
+    from harvester.machine.bars import Bar
 
     scene = output.scene
     check_alone(predict, prior, known, points)

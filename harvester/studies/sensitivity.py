@@ -20,6 +20,7 @@ from harvester.engines.protocol import AnyScene, served
 from harvester.engines.slow import Slow
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
+from harvester.machine.automatic import reporting
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
@@ -94,7 +95,7 @@ def sensitivity(
     *,
     within: float | None = None,
     budget: float | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
 ) -> Sensitivity:
     """The elasticity of the mean power in every key of the scene that is a quantity other than 0.
 
@@ -113,8 +114,9 @@ def sensitivity(
         Not with a netlist.
     budget : float, optional
         seconds of computing.  With a netlist, the keys that are left then are named in a warning.
-    progress : callable, optional
-        is called with the fraction done.
+    progress : callable or bool, optional
+        is called with the fraction done; by default a bar on a terminal or in a notebook, False:
+        none.
 
     Returns
     -------
@@ -137,6 +139,17 @@ def sensitivity(
     ('nondimensional.restitution', 1.0)
     """
     problem = Problem.of(scene)
+    with reporting(progress, "sensitivity") as report:
+        return _computed(problem, within, budget, report)
+
+
+def _computed(
+    problem: Problem,
+    within: float | None,
+    budget: float | None,
+    progress: Callable[[float], None] | None,
+) -> Sensitivity:
+    """The elasticities by the engine that supports a scene."""
     begin = time.perf_counter()
     if problem.netlist is not None:
         if within is not None:
