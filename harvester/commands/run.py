@@ -129,8 +129,16 @@ def run(
         beside["prediction"] = prediction_of(
             scene, answer.mean_power, options["seed"], prior, known, points
         )
-    about = (
-        options["seed"],
-        *(beside.get(name) for name in ("extremes", "sensitivity", "prediction")),
+    output.show(
+        answer,
+        (),
+        lambda report: report.of_run(
+            scene,
+            answer,
+            options["seed"],
+            largest=beside.get("extremes"),
+            sensitivity=beside.get("sensitivity"),
+            prediction=beside.get("prediction"),
+        ),
+        beside=beside,
     )
-    output.show(answer, (), lambda report: report.of_run(scene, answer, *about), beside=beside)

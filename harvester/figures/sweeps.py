@@ -61,7 +61,7 @@ def sweep(table: SweepTable, title: str | None) -> Plot:
                 _draw(top, engine, x, levels, look | ({"label": "_"} if len(shown) > 1 else {}))
                 _failed(top, x, levels.power, look["color"])
             if several:
-                _ratios(low, table, curves, reference, x_scale, (number, len(shown)))
+                _ratios(low, table, curves, reference, x_scale, number=number, groups=len(shown))
         top.set_ylabel(broken(y_scale.label, 44))
         if len(known) and 0.0 < 5.0 * known.min() < known.max() < 1e9 * known.min():
             logarithm(top.yaxis)
@@ -115,7 +115,8 @@ def _ratios(
     curves: dict[str, Rows],
     reference: str,
     x_scale: float,
-    position: tuple[int, int],
+    number: int,
+    groups: int,
 ) -> None:
     """Draw each engine's mean power over the reference's at the same point, with the errors of both.
 
@@ -130,7 +131,7 @@ def _ratios(
         here = [row for row in rows if at(row) in base]
         if not here:
             continue
-        look = style(engine, table, *position, len(here)) | {"label": "_"}
+        look = style(engine, table, number, groups, len(here)) | {"label": "_"}
         x = np.array([row.varied[table.along.key] for row in here]) / x_scale
         ratio = Levels.of(here, 1.0).over(Levels.of([base[at(row)] for row in here], 1.0))
         if engine != reference:

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import harvester as hv
-from harvester.explore.background import Background
 from harvester.explore.draft import Draft, first
+from harvester.explore.runs import Background
 
 pytestmark = pytest.mark.slow
 

@@ -22,8 +22,8 @@ from harvester.explore import (
     pictures,
     runs,
 )
+from harvester.explore.computing import Newest
 from harvester.explore.draft import Draft, first
-from harvester.explore.latest_request import Newest
 from harvester.explore.live import Live, best, engineering, live
 from harvester.explore.slider_scale import slide
 from harvester.presentation.diagnostic import warning

@@ -10,6 +10,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "has: [piezo] capacitance = {value} F",
     "deck_motion": "left out: {text}, in series with the drive: the mass, spring and damper of the "
     "deck's own model, which the scene's [oscillator] replaces",
+    "deck_meter": "left out: {text}, which measures a current of the deck's own model of the piezo",
     "deck_measurement": "left out: {text} ({line}), which reads the deck's own model of the piezo, or "
     "is fed by an element that does",
     "deck_start": "left out: {text} of .ic ({line}), a part of the deck's own model of the piezo",

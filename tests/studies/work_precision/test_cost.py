@@ -277,8 +277,8 @@ def spent():
 def measured(tmp_path_factory, spent):
     """The linear scene, measured for some seconds: folder, answer, what the progress was told.
 
-    For twice as long where the machine is so slow that there was time for one setting of each
-    engine only.
+    Twice as long if the machine is so slow that only one setting of each engine was measured, or
+    that ngspice was not paired with the cheap model.
     """
     for budget in (4.0, 8.0, 16.0, 32.0):
         folder = tmp_path_factory.mktemp("cost")
@@ -287,7 +287,7 @@ def measured(tmp_path_factory, spent):
         answer = cost(
             LINEAR, seed=5, budget=budget, execution=hv.Execution(out=folder, progress=progress)
         )
-        if len(answer.rows) > len(spent.rows):
+        if len(answer.rows) > len(spent.rows) and answer.reference == "spice":
             break
     return folder, answer, told
 
