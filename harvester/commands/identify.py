@@ -112,7 +112,7 @@ def identify(
         if not as_json:
             click.echo(f"written: {', '.join([str(path), *drawn, NAME])}")
             if scene_file.is_whole(result):
-                echo(f"next: harvester run {path}   (after its shaking and load)")
+                echo(f"next: harvester run {path}   (after its excitation and load)")
             else:
                 echo(f"note: {note('scene_not_whole', files=' '.join(names))}")
     save_report(page, lambda report: report.of_identification(result, title), quiet=as_json)

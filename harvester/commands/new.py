@@ -208,8 +208,9 @@ def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> li
         for remark in remarks
     ]
     if not any(remark.about in ("load", "best load") for remark in remarks):
-        whose = "a netlist's is " if problem.netlist is not None else ""
-        words.append(f"best load: {whose}found by: {_optimise(problem, file)}")
+        words.append(
+            f"best load: not computed here; this command finds it: {_optimise(problem, file)}"
+        )
     return words
 
 

@@ -39,7 +39,7 @@ from harvester.studies.prediction.priors import (
 from harvester.studies.tolerance.design import sobol_points
 from harvester.studies.tolerance.surface import fit
 from harvester.studies.tolerance.tolerance import tolerance
-from harvester.studies.tolerance.tolerance_result import ToleranceResult
+from harvester.studies.tolerance.tolerance_result import MISSES, ToleranceResult
 from harvester.uncertainty.value import Value
 
 LINEAR_KEYS = (
@@ -369,4 +369,4 @@ def _remarks(
     scattered = any(entry.quantity == "frequency" for entry in priors)
     if scattered and problem.equations.drive is not None:
         remarks.append(note("predicted_detuned"))
-    return (*remarks, *(entry for entry in spread.warnings if entry.code != "surface_misses"))
+    return (*remarks, *(entry for entry in spread.warnings if entry.code not in MISSES))

@@ -264,7 +264,7 @@ def test_known_alone_is_refused(command):
 
 
 def test_tolerance_accepts_a_prior(tmp_path):
-    """The spreads of the class, and one of the user beside them."""
+    """The spreads of the class, and one of the user next to them."""
     words = ["tolerance", "examples/plate.toml", "--prior", "bulk", "--vary", "load.resistance=5%"]
     done = CliRunner().invoke(cli, [*words, "--samples", "64", "--json"], catch_exceptions=False)
     assert done.exit_code == 0, done.output
