@@ -114,7 +114,7 @@ def noisy_power(
         if left < each * 2 * PAIRS * LEAST_SHARE * DIRECT * unit:
             return None
         began = time.perf_counter()
-        whole = compiled_circuit(problem.circuit, problem.scales)
+        whole = compiled_circuit(problem.load_circuit, problem.scales)
         _together(problem, whole, circuit, JUDGED * [circuit.circuit.rest], pilot, seed)
         together = (time.perf_counter() - began) / pilot
         seconds = min(seconds, GAINING * left / (each * 2 * PAIRS + OF_GAIN * together))
