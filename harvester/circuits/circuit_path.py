@@ -86,9 +86,17 @@ class ChargeCourse(NamedTuple):
 def advance_load(load, course, t, count):
     """Advance the circuit along a course of length t, by so many of its shortest steps."""
     circuit = load.circuit
-    begin, end, wall, first = course
     advance(
-        circuit.address, circuit.record, load.state, load.room, begin, end, wall, first, t, count
+        circuit.address,
+        circuit.record,
+        load.state,
+        load.room,
+        x=course.begin,
+        x1=course.end,
+        wall=course.wall,
+        first=course.first,
+        h=t,
+        count=count,
     )
     return load.state[circuit.voltages_at]
 
