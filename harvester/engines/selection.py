@@ -25,6 +25,7 @@ from harvester.errors import (
     UnknownArgumentError,
     unknown,
 )
+from harvester.machine.automatic import reporting
 from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.presentation.engine_look import LOOKS
 
@@ -57,7 +58,7 @@ def run(  # type: ignore[overload-overlap]  # a text is the path of one file
     scene: AnyScene,
     engine: Named | None = ...,
     *,
-    progress: Progress | None = ...,
+    progress: Progress | bool | None = ...,
     **options: Unpack[EngineOptions],
 ) -> Estimate: ...
 
@@ -67,7 +68,7 @@ def run(
     scene: Sequence[AnyScene],
     engine: Named | None = ...,
     *,
-    progress: Progress | None = ...,
+    progress: Progress | bool | None = ...,
     **options: Unpack[EngineOptions],
 ) -> list[Estimate]: ...
 
@@ -76,7 +77,7 @@ def run(
     scene: AnyScene | Sequence[AnyScene],
     engine: Named | None = None,
     *,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     **options: Unpack[EngineOptions],
 ) -> Estimate | list[Estimate]:
     """Compute the stationary mean power and mean square voltage of a scene.
@@ -89,8 +90,9 @@ def run(
         Name such as "spice", or an engine object such as ``hv.Spice(within="1%")``. Default: with
         ``within`` the cheapest engine that reaches it; otherwise `Exact` if it supports the scene,
         `Slow` for a chip behind a rectifier, `Spice` for other netlists, and `Ensemble`.
-    progress : callable, optional
-        Called with the completed fraction, from 0 to 1.
+    progress : callable or bool, optional
+        Called with the completed fraction, from 0 to 1.  By default a bar on a terminal or in a
+        notebook, if the computation lasts longer than a second; False: none.
     options
         Options of the engine, by keyword; listed below.
 
@@ -149,11 +151,13 @@ def run(
     ['0.00274', '0.00323', '0.00280']
     """
     if isinstance(scene, Sequence) and not isinstance(scene, str):
-        return _run_all(scene, engine, progress, options)
+        with reporting(progress, "run") as report:
+            return _run_all(scene, engine, report, options)
     problem = Problem.of(scene)
     chosen = default_engine(problem, **options) if engine is None else engine
     (made,) = engines([chosen], **options)
-    return answer_of(made, problem, progress)
+    with reporting(progress, made.NAME) as report:
+        return answer_of(made, problem, report)
 
 
 def sooner(chosen: Engine, scene: AnyScene) -> tuple[str, ...]:

@@ -98,9 +98,8 @@ class Slow(Request, Engine):
             return refusal("needs_drive_or_noise", cls.NAME, engine=cls.NAME)
         if (other := needs_compiled_circuit(problem, cls.NAME)) is not None:
             return other
-        assert problem.circuit is not None
-        plain = is_plain_store(problem.circuit) or is_lossy_store(problem.circuit)
-        if plain or cut_behind_rectifier(problem.circuit) is None:
+        plain = is_plain_store(problem.load_circuit) or is_lossy_store(problem.load_circuit)
+        if plain or cut_behind_rectifier(problem.load_circuit) is None:
             return refusal("needs_chip", cls.NAME, engine=cls.NAME)
         return None
 
@@ -242,9 +241,8 @@ class Slow(Request, Engine):
         from harvester.storage.rectifier_cut import cut_behind_rectifier
 
         problem = served(type(self), scene)
-        assert problem.circuit is not None, "refusal checks this"
         check_bounded(problem.equations, driven=True)
-        cut = cut_behind_rectifier(problem.circuit)
+        cut = cut_behind_rectifier(problem.load_circuit)
         assert cut is not None, "refusal checks this"
         return problem, cut
 

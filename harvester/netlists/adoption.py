@@ -25,8 +25,11 @@ from harvester.netlists.deck_model import (
     ModelReaders,
     Removed,
     bodies_of,
+    global_nets,
     measurements,
+    nets_inside,
     piezos,
+    refuse_doubtful,
     shortened_starts,
     without_body,
 )
@@ -34,6 +37,7 @@ from harvester.netlists.deck_roles import load_of, store_of
 from harvester.netlists.element_lines import Element, read_element
 from harvester.netlists.flat import net_of
 from harvester.netlists.read_lines import Line, included_lines, library_of, own_lines
+from harvester.netlists.unintended import unintended_number, unintended_texts
 from harvester.netlists.words import tokens_of
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 
@@ -60,8 +64,10 @@ class SimulationDeck:
     path: Path
     elements: list[Element] = field(default_factory=list)
     kept: list[Line] = field(default_factory=list)
+    local: set[Line] = field(default_factory=set)  # lines of subcircuits, which have their own nets
     steps: list[ParameterStep] = field(default_factory=list)
     parameters: dict[str, str] = field(default_factory=dict)  # texts of .param cards
+    shared: set[str] = field(default_factory=set)  # nets of .global cards, also of libraries
     models: set[str] = field(default_factory=set)  # of all models and subcircuits that are there
     missing: list[tuple[Line, str]] = field(default_factory=list)  # libraries that are not
     remarks: list[Diagnostic] = field(default_factory=list)
@@ -76,7 +82,7 @@ class Adoption:
     terminals, resistor, store
         of the scene's table [load]; store is None without one.
     capacitance
-        the piezo's, as the deck writes it; "" without one.
+        the piezo's in farad, as a scene's number with a prefix; "" without one.
     diagnostics
         the treatment of the deck's lines.
     """
@@ -103,7 +109,8 @@ def adopt(
     check_form(path)
     deck = _read(path)
     piezo, gone = _piezo(deck, terminals)
-    deck.remarks += _on_piezo(piezo)
+    capacitance = piezo.capacitance(deck.parameters)
+    deck.remarks += _on_piezo(piezo, capacitance)
     texts = {line: line.text for line in deck.kept if line not in gone}
     left, measured = _without_readers(deck, texts, gone, piezo)
     resistor = load_of(left, measured, load, path.name)
@@ -115,7 +122,6 @@ def adopt(
         deck.remarks.append(step.offered(texts, deck.parameters, left, resistor, kept_store))
     deck.remarks += on_libraries(deck.missing, texts, deck.models)
     lines = [f"* from {path.name}, by harvester adopt", *texts.values(), ".end", ""]
-    capacitance = piezo.capacitance
     name = None if kept_store is None else kept_store.name
     remarks = tuple(deck.remarks)
     return Adoption("\n".join(lines), piezo.nets, resistor.name, name, capacitance, remarks)
@@ -129,6 +135,8 @@ def _piezo(deck: SimulationDeck, terminals: Nets | None) -> tuple[DeckDevice, se
     called = [each for each in every if nets in (None, set(map(net_of, each.nets)))]
     if len(called) != 1:
         device = find_piezo(deck.elements, terminals, deck.path.name)
+        if terminals is None:
+            refuse_doubtful(device, deck.elements, deck.path.name)
         return device, {element.line for element in device.elements}
     body = bodies.get(without_body(called[0], deck.elements), ())
     return called[0], {*(element.line for element in called[0].elements), *body}
@@ -143,20 +151,28 @@ def _without_readers(
     """
     left = [element for element in deck.elements if element.line not in gone]
     removed = Removed((each for each in deck.elements if each not in left), left, piezo.nets)
-    groups = measurements(left, removed, piezo.nets, texts)
+    inner = nets_inside(piezo.drives, bodies_of(deck.kept), deck.models)
+    removed.nets |= deck.shared & (inner - {"0"})
+    groups = measurements(left, removed, piezo.nets, deck.shared)
     measured = [element for group in groups for element in group.elements]
     for element in measured:
         del texts[element.line]
         text = element.line.text[:60]
         deck.remarks.append(note("deck_measurement", text=text, line=element.line.where))
-    for card, text, lost in list(shortened_starts(texts, removed)):
+    _shorten_starts(deck, texts, removed)
+    return [element for element in left if element not in measured], groups
+
+
+def _shorten_starts(deck: SimulationDeck, texts: dict[Line, str], removed: Removed) -> None:
+    """Leave out the starting values of the piezo's own model from the lines ``texts``."""
+    outside = [line for line in texts if line not in deck.local]
+    for card, text, lost in list(shortened_starts(outside, removed)):
         deck.remarks.append(note("deck_start", text=", ".join(lost), line=card.where))
         texts[card] = text
         if not text:
             del texts[card]
     cards = [text for line, text in texts.items() if line.word in (".ic", ".temp")]
     deck.remarks += [note("deck_kept", card=text[:60]) for text in cards]
-    return [element for element in left if element not in measured], groups
 
 
 def _read(path: Path) -> SimulationDeck:
@@ -169,6 +185,8 @@ def _read(path: Path) -> SimulationDeck:
         depth += {".subckt": 1, ".ends": -1}.get(line.word, 0)
         if depth < 0:
             raise invalid(f"deck {line.where}", "end a subcircuit that began", line.text[:60])
+        if depth:
+            deck.local.add(line)
         if depth or line.word in (*KEPT, ".ends"):
             _keep(deck, line, inside=depth > 0)
         elif not line.word.startswith("."):
@@ -205,6 +223,9 @@ def _read_card(deck: SimulationDeck, line: Line) -> None:
         _read_options(deck, line)
     elif line.word == ".step":
         deck.steps.append(read_step(line))
+        named = {"element": line.word, "line": line.where, "unit": ""}
+        odd = (unintended_number(word, named) for word in tokens_of(line.text)[1:])
+        deck.remarks += [remark for remark in odd if remark is not None]
     else:
         raise unknown(f"card in deck {line.where}", line.word, (*KEPT, *LEFT_OUT, ".step"))
 
@@ -226,11 +247,14 @@ def _keep(deck: SimulationDeck, line: Line, inside: bool) -> None:
         folder = deck.path.parent.resolve()
         name = library.relative_to(folder).as_posix()
         whole = f'.lib "{name}" {named.section}' if named.section else f'.include "{name}"'
-        deck.models |= set(names_of(included_lines(Line(line.where, whole), deck.path)))
+        lines = list(included_lines(Line(line.where, whole), deck.path))
+        deck.models |= set(names_of(lines))
+        deck.shared |= global_nets(lines)
         deck.kept.append(Line(line.where, card if library.parent == folder else line.text))
         return
     deck.kept.append(line)
     deck.models |= set(names_of([line]))
+    deck.shared |= global_nets([line])
     if line.word in PARAMETERS and not inside:
         pairs = re.findall(r"(\w+)\s*=\s*(\{[^}]*\}|'[^']*'|\S+)", line.text)
         deck.parameters |= {name.lower(): text for name, text in pairs}
@@ -259,18 +283,21 @@ def _on_commands(commands: Sequence[Line]) -> Iterator[Diagnostic]:
             yield warning("deck_command_changes", command=line.text[:60], line=line.where)
 
 
-def _on_piezo(piezo: DeckDevice) -> Iterator[Diagnostic]:
+def _on_piezo(piezo: DeckDevice, capacitance: str) -> Iterator[Diagnostic]:
     """Remarks on the elements that the scene's device replaces."""
     nets = ",".join(piezo.nets)
     for drive in piezo.drives:
         yield note("deck_drive", text=drive.line.text[:60], line=drive.line.where, nets=nets)
-    if piezo.motion:
-        texts = ", ".join(each.line.text[:60] for each in piezo.motion)
-        yield note("deck_motion", text=texts)
+    for code, is_meter in (("deck_motion", False), ("deck_meter", True)):
+        parts = [each.line.text[:60] for each in piezo.motion if (each.kind == "v") == is_meter]
+        if parts:
+            yield note(code, text=", ".join(parts))
     if piezo.capacitors:
         texts = ", ".join(each.line.text[:60] for each in piezo.capacitors)
         lines = ", ".join(each.line.where for each in piezo.capacitors)
-        yield note("deck_capacitance", text=texts, line=lines, value=piezo.capacitance)
+        yield note("deck_capacitance", text=texts, line=lines, value=capacitance)
+    for each in piezo.capacitors:
+        yield from unintended_texts(each)
     if not piezo.drives:
         yield note("deck_no_drive", nets=nets)
 

@@ -79,10 +79,9 @@ def noisy_power(
 
     Raises as `harvester.storage.steady_power.steady_power`.
     """
-    assert problem.circuit is not None
     unit = time_constant(problem.equations) / problem.scales.frequency
     circuit, rough = (
-        SlowCircuit(problem.circuit, cut, problem.scales, factor * TOLERANCE)
+        SlowCircuit(problem.load_circuit, cut, problem.scales, factor * TOLERANCE)
         for factor in (1.0, ROUGHER)
     )
     step = ROUGHER * unit / FINER
@@ -115,7 +114,7 @@ def noisy_power(
         if left < each * 2 * PAIRS * LEAST_SHARE * DIRECT * unit:
             return None
         began = time.perf_counter()
-        whole = compiled_circuit(problem.circuit, problem.scales)
+        whole = compiled_circuit(problem.load_circuit, problem.scales)
         _together(problem, whole, circuit, JUDGED * [circuit.circuit.rest], pilot, seed)
         together = (time.perf_counter() - began) / pilot
         seconds = min(seconds, GAINING * left / (each * 2 * PAIRS + OF_GAIN * together))
@@ -129,7 +128,7 @@ def noisy_power(
     began = time.perf_counter()
     gain, direct = _gain(problem, rough, table, fluctuating, seconds, seed)
     pace = (time.perf_counter() - began) / (JUDGED * seconds)
-    charge = reached(table, highest, problem.circuit.smoothing or 0.0)
+    charge = reached(table, highest, problem.load_circuit.smoothing or 0.0)
     elements, _, checking = noise_check(problem, table, charge, None, seed)
     judge, unknown = error_of_circuit(
         problem,
@@ -241,9 +240,8 @@ def _gain(
     Both continue for so many ``seconds`` from the ends of the ``paths``, with the mass at rest at
     first.
     """
-    assert problem.circuit is not None
-    whole = compiled_circuit(problem.circuit, problem.scales)
-    half = 0.5 * (problem.circuit.smoothing or 0.0)  # F, of the store
+    whole = compiled_circuit(problem.load_circuit, problem.scales)
+    half = 0.5 * (problem.load_circuit.smoothing or 0.0)  # F, of the store
     ends = [path.end for path in paths]
     slow = _fluctuating(circuit, table, seconds, float(paths[0].t[0]), seed, ends)
     full = half * _last(paths, "store") ** 2
@@ -275,7 +273,6 @@ def _together(
     seed: int,
 ) -> tuple[Floats, int]:
     """The energy (J) of load and store by mass and ``whole`` circuit, and the steps."""
-    assert problem.circuit is not None
     eqs, scales = problem.equations, problem.scales
     runs = Trajectories(
         eqs, len(states), np.random.SeedSequence([seed, 11]), step_from_rest(eqs), circuit=whole
@@ -292,7 +289,7 @@ def _together(
 
     power = (eqs.beta or 0.0) * runs.run(seconds * scales.frequency).load * scales.watts
     volts = rows[whole.voltages_at + 1]
-    stored = 0.5 * (problem.circuit.smoothing or 0.0) * volts**2
+    stored = 0.5 * (problem.load_circuit.smoothing or 0.0) * volts**2
     return power * runs.time / scales.frequency + stored, runs.steps
 
 

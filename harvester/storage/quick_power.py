@@ -45,10 +45,9 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
 
     Raises as `harvester.storage.steady_power.steady_power`.
     """
-    assert problem.circuit is not None
     scales = problem.scales
     table = _quick_current(problem)
-    circuit = SlowCircuit(problem.circuit, cut, scales, COARSER * TOLERANCE)
+    circuit = SlowCircuit(problem.load_circuit, cut, scales, COARSER * TOLERANCE)
     unit = time_constant(problem.equations) / scales.frequency
     slow = unit / FINER * STEP
     longest = min(first_duration(circuit, table, unit), MOST / STEP * slow)

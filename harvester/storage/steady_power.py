@@ -60,9 +60,8 @@ def steady_power(
     Raises as `harvester.circuits.compiled_circuit.CompiledCircuit`, UnboundedResponseError if
     the motion grows.
     """
-    assert problem.circuit is not None
     table, rough, measuring, _ = measured(problem)
-    circuit = SlowCircuit(problem.circuit, cut, problem.scales)
+    circuit = SlowCircuit(problem.load_circuit, cut, problem.scales)
     unit = time_constant(problem.equations) / problem.scales.frequency
     h = unit / FINER
     begin = time.perf_counter()
@@ -90,7 +89,7 @@ def steady_power(
         "voltages": Check(table.halved(), "model"),
         "judge": Check(table.scaled(1.0 - judge), "model"),
     }
-    rougher = SlowCircuit(problem.circuit, cut, problem.scales, ROUGHER * TOLERANCE)
+    rougher = SlowCircuit(problem.load_circuit, cut, problem.scales, ROUGHER * TOLERANCE)
     mean = CheckedMean(path, duration, rougher, table, checks, step=2.0 * h, stride=2)
     off = {name: _off(direct, path, mean.mean(name), name) for name in ("square", "piezo")}
     power, square = (
@@ -140,12 +139,13 @@ class _Direct(NamedTuple):
 
 def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
     """The direct run of so many seconds, at a ``factor`` times the usual step."""
-    assert problem.circuit is not None
     eqs = problem.equations
     w0 = problem.scales.frequency
     h = factor * step_from_rest(problem.equations)
     n_steps = math.ceil(seconds * w0 / h / 16) * 16
-    path = compiled_circuit(problem.circuit, problem.scales).trace(eqs, np.zeros(n_steps), h, 16)
+    path = compiled_circuit(problem.load_circuit, problem.scales).trace(
+        eqs, np.zeros(n_steps), h, 16
+    )
     each = path.h * path.stride / w0
     t = each * np.arange(1.0, len(path.square) + 1.0)
     return _Direct(
