@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
@@ -73,18 +73,47 @@ def load_of(circuit: KernelCircuit, state: Floats, samples: int, keep: bool = Fa
     )
 
 
+class ChargeCourse(NamedTuple):
+    """A charge's course over a drift, by way of a ``wall`` at the time ``first``."""
+
+    begin: float
+    end: float
+    wall: float
+    first: float
+
+
+@inlined
+def advance_load(load, course, t, count):
+    """Advance the circuit along a course of length t, by so many of its shortest steps."""
+    circuit = load.circuit
+    advance(
+        circuit.address,
+        circuit.record,
+        load.state,
+        load.room,
+        x=course.begin,
+        x1=course.end,
+        wall=course.wall,
+        first=course.first,
+        h=t,
+        count=count,
+    )
+    return load.state[circuit.voltages_at]
+
+
 @inlined
 def _flown(begin, end, wall, first, d, load):
     """Advance the circuit along the charge's course over the interval d: the piezo's voltage."""
     circuit, state = load.circuit, load.state
     # a part of a step ends at its last shortest step; what is added is far above rounding
     count = int(d.t / d.h * FINEST + 1e-4)
-    advance(circuit.address, circuit.record, state, load.room, begin, end, wall, first, d.t, count)
+    course = ChargeCourse(begin=begin, end=end, wall=wall, first=first)
+    voltage = advance_load(load, course, d.t, count)
     if count == FINEST:
         last = len(state) - DID
         for k in range(3):
             load.counts[k] += state[last + k]
-    return state[circuit.voltages_at] / circuit.volts
+    return voltage / circuit.volts
 
 
 @version_of(drifted, c=Coefficients, load=NetlistLoad)
@@ -112,10 +141,10 @@ def _aside(load):
         load.other,
         load.state,
         load.room,
-        load.counts,
-        load.voltages,
-        load.square,
-        load.states,
+        counts=load.counts,
+        voltages=load.voltages,
+        square=load.square,
+        states=load.states,
     )
 
 
@@ -127,6 +156,19 @@ def _noted(load, mid, row):
     if load.states is not None:  # an assignment of rows would compile the text of its errors
         for k in range(len(mid.state)):
             load.states[row, k] = mid.state[k]
+
+
+class TraceArguments(TypedDict):
+    """The arguments of `CompiledCircuit.trace` and `trace_circuit`, apart from the circuit."""
+
+    eqs: Equations
+    noise: Floats
+    h: float
+    stride: int
+    start: Floats
+    state: Floats
+    shaking: Floats | None
+    kicked: bool
 
 
 def trace_circuit(
@@ -152,7 +194,7 @@ def trace_circuit(
     """
     load = load_of(circuit, state.copy(), len(noise) // stride, keep)
     begin = np.array([*start, state[circuit.voltages_at] / circuit.volts])
-    path = follow(eqs, noise, h, stride, begin, shaking, load, goes_on=kicked)
+    path = follow(eqs, noise, h, stride, start=begin, shaking=shaking, load=load, goes_on=kicked)
     _, steps, failed = load.counts
     return CircuitPath(
         **vars(path),

@@ -12,7 +12,7 @@ from harvester.answers.estimate import Estimate
 from harvester.engines.protocol import Engine
 from harvester.errors import HarvesterError, SimulationError, named
 from harvester.machine import processes
-from harvester.machine.cores import cores, limited_environment
+from harvester.machine.cores import cores, limited_environment, use_one_core
 from harvester.machine.execution import Execution
 from harvester.scene.scene import Scene
 
@@ -53,6 +53,12 @@ def compute(run: DeviceRun) -> DeviceAnswer:
     return DeviceAnswer(run, tuple(answers), time.monotonic() - begin)
 
 
+def compute_on_one_core(run: DeviceRun) -> DeviceAnswer:
+    """The answer of a run on one core, as each worker of an executor should."""
+    use_one_core()
+    return compute(run)
+
+
 def _lost(run: DeviceRun, error: BaseException) -> DeviceAnswer:
     """The answer of a run that a worker did not end."""
     lost = SimulationError(f"its worker process ended: {type(error).__name__}: {error}")
@@ -76,7 +82,8 @@ class DeviceWorkers:
         client: Any = execution.executor
         self._client = client
         self._executor = client
-        self.count = execution.workers or cores()
+        # each worker of an executor computes on one core
+        self.count = execution.workers or getattr(client, "_max_workers", None) or cores()
         if hasattr(client, "get_executor"):  # of a Dask scheduler
             self.count = max(sum(client.nthreads().values()), 1)
             self._executor = client.get_executor(pure=False)
@@ -135,7 +142,7 @@ class DeviceWorkers:
 
     def _submit(self, run: DeviceRun) -> "Future[DeviceAnswer]":
         try:
-            job: Future[DeviceAnswer] = self._executor.submit(compute, run)
+            job: Future[DeviceAnswer] = self._executor.submit(compute_on_one_core, run)
         except GONE:
             raise SimulationError(DISAPPEARED) from None
         return job

@@ -31,6 +31,11 @@ def limited_environment(threads: int) -> dict[str, str]:
     return {THREADS_VARIABLE: str(threads), **ONE_THREAD}
 
 
+def use_one_core() -> None:
+    """Let this process use one core, as each worker of an executor should, unless it has a number."""
+    os.environ.setdefault(THREADS_VARIABLE, "1")
+
+
 def one_blas_thread(function: Callable[P, T]) -> Callable[P, T]:
     """The same function, in which the linear algebra of NumPy and SciPy keeps to one thread.
 

@@ -129,7 +129,8 @@ def split_key(key: str) -> tuple[str, str]:
             raise unknown("scene key", table, bare)
         raise unknown("scene table", table, TABLES)
     names = [written.replace("parameters", "parameters.R") for written in key_names(TABLES[table])]
-    if name not in names and not (table == "load" and name.startswith("parameters.")):
+    parameter = name.removeprefix("parameters.")  # of a netlist
+    if name not in names and not (table == "load" and parameter not in ("", name)):
         raise unknown(f"[{table}] key", name, names)
     return table, name
 

@@ -11,7 +11,8 @@ import pytest
 
 import harvester as hv
 from harvester.engines.device_runs import DeviceRun, DeviceWorkers
-from harvester.errors import HarvesterError
+from harvester.errors import HarvesterError, SimulationError
+from harvester.machine.cores import THREADS_VARIABLE, cores
 from tests.support.paths import ROOT
 
 PLATE = hv.load(ROOT / "examples" / "plate.toml")
@@ -47,6 +48,25 @@ def test_whoever_computes_the_answers_are_the_same():
     assert computed(hv.Execution(workers=2)) == alone
     with ThreadPoolExecutor(2) as executor:
         assert computed(hv.Execution(executor=executor)) == alone
+
+
+class Counts:
+    """An engine whose answer is the number of cores."""
+
+    def run_many(self, scenes):
+        """An error with the number."""
+        return [SimulationError(str(cores())) for _ in scenes]
+
+
+def test_an_executor_has_a_run_on_one_core_for_each_of_its_workers(monkeypatch):
+    """Runs on all cores in each of more workers than cores would delay each other."""
+    monkeypatch.setenv(THREADS_VARIABLE, "2")
+    monkeypatch.delenv(THREADS_VARIABLE)
+    with ThreadPoolExecutor(3) as executor:
+        workers = DeviceWorkers(hv.Execution(executor=executor))
+        assert workers.count == 3
+        (answer,) = workers.answers(iter([DeviceRun(Kind.LAST, 0, Counts(), (PLATE,))]))
+    assert str(answer.answers[0]) == "1"
 
 
 class Broken:

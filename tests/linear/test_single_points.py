@@ -87,7 +87,7 @@ def test_rms_and_peak_to_peak_are_read():
         (
             {"frequency": 60.0, "capacitance": 3e-8, "mass": 4e-3},
             {"power_at_load": WATTS},
-            "one more",
+            "one more, or another point, or use harvester identify, which has a prior for q",
         ),
     ],
 )
@@ -108,7 +108,7 @@ def test_the_command_writes_the_scene(harvester, tmp_path):
 
 
 def test_one_verdict_on_the_coupling():
-    """Two numbers that three digits do not tell apart have more, and a single line says how strong it is."""
+    """Two numbers that three digits do not distinguish have more, and a single line states how strong it is."""
     said = str(note("coupling", "coupling", how="medium", merit=2.0172, strong_from=2.0178))
     assert said.startswith("medium, k^2 Q = 2.017 (strong from 2.018)")
     assert "strong" not in str(note("coupling_explained", share=0.4))

@@ -150,7 +150,7 @@ def steady_estimate(
 
 
 def missed(within: float, power: Value) -> Diagnostic | None:
-    """The warning that a periodic response's power was not known ``within`` an error; None if it is."""
+    """The warning that a power without a target of sampling is not known ``within`` an error; None if it is."""
     error = None if power.unknown or not power.value else power.known_error95 / abs(power.value)
     return (
         None
@@ -247,5 +247,13 @@ def _by_cheap_model(
     }
     details["trajectories"] = pair.trajectories.count
     said = warning("ngspice_left_out", resistive=setup.resistive, why=str(error))
-    known = v2.with_unknown(WITHOUT_NGSPICE), power.with_unknown(WITHOUT_NGSPICE)
-    return estimate(name, problem, *known, [*setup.diagnostics, said], seconds, pair.steps, details)
+    return estimate(
+        name,
+        problem,
+        v2.with_unknown(WITHOUT_NGSPICE),
+        power.with_unknown(WITHOUT_NGSPICE),
+        [*setup.diagnostics, said],
+        seconds,
+        steps=pair.steps,
+        details=details,
+    )

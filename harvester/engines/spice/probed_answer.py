@@ -47,11 +47,10 @@ def watch_of(problem: Problem, probe: str | Sequence[str], ledger: bool) -> Watc
         raise InputError(
             "`ledger` must be used with a netlist, whose elements it lists, but the load is a resistance"
         )
-    assert problem.circuit is not None, "the engine refuses an open circuit"
-    parts = element_powers(problem.circuit) if ledger else {}
+    parts = element_powers(problem.load_circuit) if ledger else {}
     of_elements = tuple((name, tuple(some)) for name, some in parts.items())
     names = [probe] if isinstance(probe, str) else probe
-    return Watch(read_probes(names, problem.circuit), of_elements)
+    return Watch(read_probes(names, problem.load_circuit), of_elements)
 
 
 def with_probes(
@@ -117,11 +116,9 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
         bias += runs.probed_tolerance * sizes_of_probes(mean)
 
     def value(probe: int, column: int) -> Value:
-        known = (
-            *mean_and_error(rows[:, probe, column]),
-            None if unknown else float(bias[probe, column]),
-        )
-        return Value(*known, dof=len(rows) - 1.0, unknown=unknown)
+        average, stderr = mean_and_error(rows[:, probe, column])
+        step = None if unknown else float(bias[probe, column])
+        return Value(average, stderr, bias=step, dof=len(rows) - 1.0, unknown=unknown)
 
     columns = [[value(k, j) for j in range(4)] for k in range(len(watch.all))]
     return with_probes(answer, problem, watch, columns, answer.details["duration"])

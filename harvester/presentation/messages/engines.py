@@ -63,7 +63,7 @@ def _cheapest(
     **needed: float,
 ) -> str:
     stated = "" if error is None else in_percent(error)
-    closest = "its error is the smallest" if stated else "no error is known whole"
+    closest = "its error is the smallest" if stated else "no total error is known"
     reason = {
         "closest": f"none reaches {in_percent(within)}, and {closest}",
         "refused": f"'averaged' gives no answer: {refused}",
@@ -71,11 +71,12 @@ def _cheapest(
         "beyond": f"{formula!r} states an error of {stated}, more than {in_percent(within)}",
     }[why]
     others = " and ".join(
-        f"{name.removeprefix('needed_')!r} about {clock(max(seconds, 1.0))}"
+        f"{name.removeprefix('needed_')!r} would need about {clock(max(seconds, 1.0))}"
         for name, seconds in needed.items()
     )
-    predicted = f" ({others} would be needed)" if others else ""
-    return f"engine {engine!r} was chosen as the cheapest: {reason}{predicted}"
+    predicted = f" ({others})" if others else ""
+    cheapest = "" if why == "closest" else " as the cheapest"
+    return f"engine {engine!r} was chosen{cheapest}: {reason}{predicted}"
 
 
 def _averaging_doubtful(error: float, why: str) -> str:
@@ -199,6 +200,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "resting position: use engine 'spice'",
     "slow_serves": "engine {other!r} supports this scene and needs seconds: a chip behind a "
     "rectifier changes slowly",
+    "late_where_slow_serves": "{why}; engine {other!r} supports this scene and needs seconds",
     "needs_chip": "engine {engine!r} needs a diode bridge at the electrodes and a chip behind it: use engine 'spice'",
     "needs_load": "engine {engine!r} needs a load, but the circuit is open: use engine 'ensemble'",
     "needs_shaking": "engine {engine!r} starts at rest and needs external noise, or a base that moves: use engine "
@@ -224,7 +226,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "engines that sample begin with V = x, and give E[V^2] including that mean",
     "restitution_untested": "the error was not measured for a restitution coefficient of {restitution:g}, below "
     "{least}",
-    "nothing_shakes": "the response dies out: nothing shakes the base",
+    "nothing_shakes": "the response dies out: the base is at rest",
     "beyond_formula": _beyond_formula,
     "cheapest": _cheapest,
     # the density

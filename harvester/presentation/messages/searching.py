@@ -48,6 +48,14 @@ def _by_blocks(blocks: int, time: float, unit: str, times: float) -> str:
     return f"{text}, {times:.3g} times the counted time; whether the tail keeps its law beyond that is not known"
 
 
+def _checked_by_judged_runs(runs: int, ratio: float) -> str:
+    alone = runs == 1
+    return (
+        f"the level and its error are from {runs} {'run' if alone else 'runs'} with a measured "
+        f"model error, whose {'power is' if alone else 'powers are'} {ratio:.4g} times the others"
+    )
+
+
 MESSAGES: dict[str, str | Callable[..., str]] = {
     # The surface of the power, and the interval of its highest place.
     "no_power": "the load receives no power",
@@ -112,16 +120,23 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "curved_law_and_rest": "the power is a sum of one parabola per key, by {runs} runs of "
     "{engine!r} on the same noise, and a polynomial through the rest of {sampled} sampled devices; "
     "95 % of devices are within {missed!p} of it",
-    "checked_by_judged_runs": "the level and its error are from {runs} runs with a measured model "
-    "error, whose powers are {ratio:.4g} times the others",
+    "checked_by_judged_runs": _checked_by_judged_runs,
     "over_budget": "the study needed {seconds!t} rather than {budget!t} (`budget`): every answer "
     "needs each key alone at both ends",
-    "law_in_budget": "about {budget!t} in all (`budget`), with a first answer on the way",
+    "law_in_budget": "about {budget!t} in all (`budget`), with a first answer on the way, unless "
+    "each key alone at both ends needs longer",
+    "law_beyond_budget": "about {seconds!t} in all, rather than {budget!t} (`budget`): every answer "
+    "needs each key alone at both ends",
+    "judged_runs_failed": "no answer from {failed} of {count} runs with a measured model error, the "
+    "first: {first}",
+    "corners_failed": "no answer from {failed} of {count} devices at the 5 % and 95 % powers, the "
+    "first: {first}",
     "first_answer": "first answer after {seconds!t}: 1 %, 50 % and 99 % of devices have a mean "
     "power below {low}, {middle} and {high}; {key} changes it most",
     "intervals_of_samples_alone": "the error of the engine is not known: intervals contain that of the samples alone",
     "intervals_are_wide": "the error of {engine!r} is not small compared with the spread of the powers: intervals are wide",
     "surface_misses": "the polynomial behind the sensitivity misses {share:.0%} of the variance: give more `samples`",
+    "law_misses": "the law behind the sensitivity misses {share:.0%} of the variance: give a longer `budget`",
     "samples_outside": "{share:.1%} of the samples lie beyond those with an answer, and count as at their edge: the outer "
     "quantiles are those of that edge; give more `runs`",
     "samples_failed": "{failed} of {count} samples have no answer, the first: {first}",

@@ -5,7 +5,6 @@ running when it ends: by an error, because nobody asks for more, or because the 
 """
 
 import itertools
-import os
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping
@@ -14,7 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import Any, TypeAlias
 
 from harvester.errors import HarvesterError, SimulationError
-from harvester.machine.cores import THREADS_VARIABLE, cores, limited_environment
+from harvester.machine.cores import cores, limited_environment, use_one_core
 from harvester.studies.sweep.tasks import Answer, Task, compute, compute_alone
 
 AHEAD = 4  # tasks with an executor for each thread of its workers, at least `FEWEST`
@@ -169,5 +168,5 @@ def _as_completed(pending: Mapping[Job, Task], executor: Any, name: str) -> Iter
 
 def compute_on_one_core(task: Task) -> list[Answer]:
     """Compute a task on one core, as each worker of an executor should."""
-    os.environ.setdefault(THREADS_VARIABLE, "1")
+    use_one_core()
     return compute(task)

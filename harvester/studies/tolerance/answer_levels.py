@@ -8,6 +8,7 @@ from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.studies.tolerance import curved_law
 from harvester.studies.tolerance.curved_law import CurvedLaw
+from harvester.studies.tolerance.first_order import error_of_sum
 
 
 def size(law: CurvedLaw, x: Floats) -> float:
@@ -27,6 +28,21 @@ def code(law: CurvedLaw, n_sampled: int, is_checked: bool) -> str:
 def values(answers: Sequence[Estimate], quantity: str) -> Floats:
     """A quantity of answers, shape (n,)."""
     return np.array([getattr(answer, quantity).value for answer in answers])
+
+
+def law(ends: Floats, alone: Sequence[Estimate], quantity: str) -> CurvedLaw:
+    """The law of a quantity through the answers of each key alone at its ``ends``."""
+    errors = bend_errors(ends, alone, quantity)
+    return curved_law.through_ends(ends, values(alone, quantity), errors)
+
+
+def bend_errors(ends: Floats, alone: Sequence[Estimate], quantity: str) -> list[float]:
+    """The standard errors of the curvatures of all keys."""
+    pairs = zip(alone[1::2], alone[2::2], strict=True)
+    return [
+        error_of_sum((alone[0], *pair), curved_law.weights(ends, k), quantity)
+        for k, pair in enumerate(pairs)
+    ]
 
 
 def level(pairs: Sequence[tuple[Estimate, Estimate]], quantity: str) -> tuple[float, float | None]:

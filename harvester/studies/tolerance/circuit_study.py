@@ -25,7 +25,7 @@ from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines.device_runs import DeviceRun, DeviceWorkers
 from harvester.equations.problem import Problem
-from harvester.errors import HarvesterError, InputError
+from harvester.errors import HarvesterError
 from harvester.machine.execution import Execution
 from harvester.machine.progress import remark
 from harvester.presentation.diagnostic import Diagnostic, note, warning
@@ -35,7 +35,13 @@ from harvester.studies.tolerance.curved_law import CurvedLaw
 from harvester.studies.tolerance.distribution import wilson
 from harvester.studies.tolerance.first_order import FAR, error_of_difference
 from harvester.studies.tolerance.samples import QUANTITIES, Samples
-from harvester.studies.tolerance.study import RUNS, ToleranceRequest, ToleranceRuns
+from harvester.studies.tolerance.study import (
+    RUNS,
+    ToleranceRequest,
+    ToleranceRuns,
+    answer_at,
+    check_devices,
+)
 from harvester.uncertainty.value import amount, half95
 
 BUDGET = 60.0  # s, if none is given
@@ -57,6 +63,12 @@ class RunKind(Enum):
     DRAWN = auto()
 
 
+# the remarks on runs without an answer
+FAILURES = {
+    RunKind.JUDGED: "judged_runs_failed",
+    RunKind.CORNER: "corners_failed",
+    RunKind.DRAWN: "samples_failed",
+}
 Answers = dict[Enum, dict[int, Estimate | HarvesterError]]
 
 
@@ -87,10 +99,11 @@ class CircuitStudy:
         Raises the error of a key's end.
         """
         self.begin = time.monotonic()
+        self._is_late = False
         request = self.request
         x = design.values_at(request.spreads, request.u)
         ends = design.values_at(request.spreads, design.one_by_one(len(request.keys)))
-        self._check_devices(np.vstack([ends, x]))
+        check_devices(request, np.vstack([ends, x]))
         cheap = replace(engine, judged=False)
         if self._at_once(cheap) > 1 and cheap.trajectories is None:
             cheap = replace(cheap, trajectories=TRAJECTORIES)
@@ -103,13 +116,10 @@ class CircuitStudy:
             if self._workers == 1:  # the first answer before the judge's
                 runs.reverse()
             for kind in self._compute(workers, itertools.chain(*runs)):
-                if kind is RunKind.ALONE and len(self.done[RunKind.ALONE]) == len(ends):
-                    remark(self.execution.progress, self._first_answer(ends, x))
-            alone = [self._known(RunKind.ALONE, k) for k in range(len(ends))]
-            laws = {
-                name: curved_law.through_ends(ends, answer_levels.values(alone, name))
-                for name in QUANTITIES
-            }
+                if kind is RunKind.ALONE:
+                    self._remark_on_law(ends, x)
+            alone = self._alone(ends)
+            laws = {name: answer_levels.law(ends, alone, name) for name in QUANTITIES}
             corners = curved_law.steepest(laws["mean_power"], x, FAR)
             for _ in self._compute(workers, self._later(cheap, engine, corners, x)):
                 pass
@@ -124,28 +134,6 @@ class CircuitStudy:
         return self.request.scene.varied(
             dict(zip(self.request.keys, map(float, values), strict=True))
         )
-
-    def _check_devices(self, values: Floats) -> None:
-        """InputError for a device that cannot be, before any is computed.
-
-        ``values`` are the keys' values of all devices, (n, keys), of which those with the least or
-        the largest value of a key are checked.
-        """
-        spreads = self.request.spreads
-        extreme = np.concatenate([values.argmin(axis=0), values.argmax(axis=0)])
-        for row in values[extreme]:
-            try:
-                Problem(self._scene(row))
-            except InputError as error:
-                raise InputError(f"`vary` must allow all devices, but of one {error}") from None
-        for spread, least in zip(spreads, values.min(axis=0), strict=True):
-            part = spread.key.removeprefix("load.parameters.")
-            is_part = part != spread.key and part[0].upper() in "RCL"
-            if is_part and least <= 0.0 < spread.at(np.array(0.5)):
-                raise InputError(
-                    f"`vary` must keep {spread.key} above 0, but {spread.written!r} reaches "
-                    f"{least:.3g}"
-                )
 
     def _runs(self, kind: Enum, engine: Any, values: Floats, size: int = 1) -> Iterator[DeviceRun]:
         """Runs of an engine at keys' values, shape (n, keys), ``size`` of them at a time."""
@@ -216,20 +204,39 @@ class CircuitStudy:
             self.execution.progress.step(min(spent, 1.0), run.engine.NAME)
             yield run.kind
 
-    def _known(self, kind: Enum, index: int) -> Estimate:
-        """An answer; raises it if it is an error."""
-        answer = self.done[kind][index]
-        if isinstance(answer, HarvesterError):
-            raise answer
-        return answer
+    def _alone(self, ends: Floats) -> list[Estimate]:
+        """The answers of each key alone; an error names the key and its value."""
+        answers = [self.done[RunKind.ALONE][k] for k in range(len(ends))]
+        keys = self.request.keys
+        return [
+            answer_at(keys, row, answer, (k - 1) // 2 if k else None)
+            for k, (row, answer) in enumerate(zip(ends, answers, strict=True))
+        ]
+
+    def _remark_on_law(self, ends: Floats, x: Floats) -> None:
+        """Remark on the time that the law needs, if that is beyond the budget, then on its answer."""
+        done = len(self.done[RunKind.ALONE])
+        if done == len(ends):
+            remark(self.execution.progress, self._first_answer(ends, x))
+            return
+        seconds = self.seconds[RunKind.ALONE]
+        if self._is_late:
+            return
+        rest = (len(ends) - done) * sum(seconds) / done / self._workers
+        whole = time.monotonic() - self.begin + rest
+        if whole > LATE * self.budget:
+            self._is_late = True
+            remark(
+                self.execution.progress,
+                note("law_beyond_budget", seconds=whole, budget=self.budget),
+            )
 
     def _first_answer(self, ends: Floats, x: Floats) -> Diagnostic:
         """The first answer: quantiles of the power, and the key that moves it most.
 
         Raises the error of a key's end.
         """
-        alone = [self._known(RunKind.ALONE, k) for k in range(len(ends))]
-        law = curved_law.through_ends(ends, answer_levels.values(alone, "mean_power"))
+        law = answer_levels.law(ends, self._alone(ends), "mean_power")
         low, middle, high = np.quantile(law(x), (0.01, 0.5, 0.99))
         away = x - law.middle
         each = away * law.slopes + away**2 * law.curvatures
@@ -244,6 +251,18 @@ class CircuitStudy:
         spent = time.monotonic() - self.begin
         if spent > LATE * self.budget:
             yield warning("over_budget", seconds=spent, budget=self.budget)
+
+    def _remarks(self) -> Iterator[Diagnostic]:
+        """The warnings of the judged runs, and failures of the other runs."""
+        for answer in self._served(RunKind.JUDGED).values():
+            yield from answer.warnings
+        for kind, code in FAILURES.items():
+            done = self.done.get(kind, {})
+            failed = [
+                error for _, error in sorted(done.items()) if isinstance(error, HarvesterError)
+            ]
+            if failed:
+                yield warning(code, failed=len(failed), count=len(done), first=str(failed[0]))
 
     def _served(self, kind: Enum) -> dict[int, Estimate]:
         """The answers of a kind by their index, without errors."""
@@ -289,7 +308,8 @@ class CircuitStudy:
                 error_of_difference(low, high, quantity)
                 for low, high in zip(alone[1::2], alone[2::2], strict=True)
             ]
-            noise = half95(curved_law.slopes_noise(law, errors, ends, x))
+            bends = answer_levels.bend_errors(ends, alone, quantity)
+            noise = half95(curved_law.noise(law, errors, bends, ends, x))
             values[quantity] = laws[quantity](many)
             # the scatter is the same of strong and weak devices
             least[quantity] = ratio * answer_levels.size(law, many)
@@ -322,18 +342,7 @@ class CircuitStudy:
             alone=law.ratio * answer_levels.values(alone, "mean_power"),
             failed=lost,
             failed_share=wilson(failed, failed + len(drawn)) if failed else None,
-            warnings=(*self._over_budget(), *_remarks(judged, self.done.get(RunKind.DRAWN, {}))),
+            warnings=(*self._over_budget(), *self._remarks()),
             peaks={},
             peaks_off={},
         )
-
-
-def _remarks(
-    judged: dict[int, Estimate], drawn: dict[int, Estimate | HarvesterError]
-) -> Iterator[Diagnostic]:
-    """The warnings of the judged runs, and the failures at sampled devices."""
-    for answer in judged.values():
-        yield from answer.warnings
-    failed = [answer for answer in drawn.values() if isinstance(answer, HarvesterError)]
-    if failed:
-        yield warning("samples_failed", failed=len(failed), count=len(drawn), first=str(failed[0]))

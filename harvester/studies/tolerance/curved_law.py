@@ -3,11 +3,14 @@
 About the middle x0 of all spreads, with answers y0 there and yl, yh at the ends xl, xh of a key,
 
     s = (yh - y0)/(xh - x0),  t = (y0 - yl)/(x0 - xl),  c = (s - t)/(xh - xl)
-    y(x) = y0 + sum_k (s_k - c_k (xh_k - x0_k)) (x_k - x0_k) + c_k (x_k - x0_k)^2
+    y(x) = y0 + sum_k b_k (x_k - x0_k) + c_k (x_k - x0_k)^2,
+    b_k = (yh_k - yl_k)/(xh_k - xl_k) - c_k (xh_k + xl_k - 2 x0_k)
 
 which are Newton's divided differences.  All runs are on the same noise, so that a difference has a
-far smaller error than a power.  The contribution of several keys together is missing: runs of
-sampled devices state its size, and a polynomial through the rest adds it if they are enough.
+far smaller error than a power.  Noise makes the square of a curvature larger by its own variance,
+which is subtracted; the slope between the ends remains.  The contribution of several keys together
+is missing: runs of sampled devices state its size, and a polynomial through the rest adds it if
+they are enough.
 """
 
 from collections.abc import Sequence
@@ -22,6 +25,7 @@ from harvester.studies.tolerance.surface import Polynomial, fit
 PER_PLANE = 4
 FEWEST = 4  # sampled devices that state a scatter by themselves
 MOST = 0.95  # of the devices
+FARTHEST = 0.975  # of the devices, whose rest beyond the samples may be off by its change there
 
 
 @dataclass(frozen=True)
@@ -57,10 +61,13 @@ class CurvedLaw:
         return np.asarray((x - self.middle) ** 2 @ self.curvatures)
 
 
-def through_ends(ends: Floats, values: Floats) -> CurvedLaw:
+def through_ends(
+    ends: Floats, values: Floats, errors: Floats | Sequence[float] | None = None
+) -> CurvedLaw:
     """The law through answers in the middle, then of each key at its low and its high end.
 
-    ``ends`` are the keys' values, shape (1 + 2 keys, keys), ``values`` the answers.
+    ``ends`` are the keys' values, shape (1 + 2 keys, keys), ``values`` the answers, and ``errors``
+    the standard errors of the curvatures, shape (keys,) (None: 0).
     """
     keys = np.arange(ends.shape[1])
     x0 = ends[0]
@@ -71,8 +78,25 @@ def through_ends(ends: Floats, values: Floats) -> CurvedLaw:
     lower = _slope(x0 - xl, y0 - values[1::2])
     # ends of a negative value may be in falling order
     curvatures = np.where((xh - x0) * (x0 - xl) > 0.0, _slope(xh - xl, upper - lower), 0.0)
-    slopes = np.where(xh != x0, upper - curvatures * (xh - x0), lower)
+    if errors is not None:
+        curvatures = without_noise(curvatures, errors)
+    slopes = _slope(xh - xl, values[2::2] - values[1::2]) - curvatures * (xh + xl - 2.0 * x0)
     return CurvedLaw(x0, float(y0), slopes, curvatures)
+
+
+def without_noise(curvatures: Floats, errors: Floats | Sequence[float]) -> Floats:
+    """Curvatures with squares from which the variance of their noise is subtracted, at least 0."""
+    squares = np.maximum(curvatures**2 - np.asarray(errors) ** 2, 0.0)
+    return np.asarray(np.copysign(np.sqrt(squares), curvatures))
+
+
+def weights(ends: Floats, k: int) -> tuple[float, float, float]:
+    """The weights by which a key's curvature is a sum of the answers in the middle and at both ends."""
+    low = ends[0, k] - ends[1 + 2 * k, k]
+    high = ends[2 + 2 * k, k] - ends[0, k]
+    if low * high <= 0.0:
+        return 0.0, 0.0, 0.0
+    return -1.0 / (low * high), 1.0 / (low * (low + high)), 1.0 / (high * (low + high))
 
 
 def _slope(dx: Floats, dy: Floats) -> Floats:
@@ -125,12 +149,23 @@ def checked(
     if rest.scatter >= spread:
         return plain
     missed = min(rest.scatter**2 / variance, 1.0)
-    return replace(law, rest=rest, scatter=2.0 * rest.scatter, unexplained=missed)
+    # a prediction interval by the leverage of devices, and the change beyond the sampled ones
+    wide = float(np.sqrt(1.0 + np.quantile(rest.leverage(devices), MOST)))
+    wide *= float(stdtrit(max(count - len(rest.coefficients), 1), 0.975))
+    beyond_samples = float(np.quantile(rest.change_beyond(devices), FARTHEST))
+    return replace(law, rest=rest, scatter=wide * rest.scatter + beyond_samples, unexplained=missed)
 
 
-def slopes_noise(law: CurvedLaw, errors: Sequence[float], ends: Floats, x: Floats) -> float:
-    """The noise of the slopes in devices at ``x``, as a standard deviation, by that of each key."""
+def noise(
+    law: CurvedLaw, errors: Sequence[float], bend_errors: Sequence[float], ends: Floats, x: Floats
+) -> float:
+    """The noise of slopes and curvatures in devices at ``x``, as a standard deviation.
+
+    ``errors`` are the standard errors of the differences between each key's ends, ``bend_errors``
+    those of the curvatures.
+    """
     keys = np.arange(ends.shape[1])
     width = np.abs(ends[2::2][keys, keys] - ends[1::2][keys, keys])
     relative = np.divide(x.std(axis=0), width, out=np.zeros_like(width), where=width > 0.0)
-    return float(law.ratio * np.linalg.norm(np.asarray(errors) * relative))
+    bends = np.asarray(bend_errors) * np.sqrt(((x - law.middle) ** 4).mean(axis=0))
+    return float(law.ratio * np.linalg.norm([np.asarray(errors) * relative, bends]))

@@ -1,17 +1,21 @@
 """The runs of a study of tolerances: which samples an engine computes, which a dearer one, which a polynomial."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines.protocol import Engine
 from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError, InputError, SimulationError
 from harvester.machine.execution import Execution
 from harvester.machine.progress import PartOfProgress
+from harvester.netlists.load_circuit import effective_value
 from harvester.presentation.diagnostic import Diagnostic, warning
+from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.sweep.compute import compute_table
@@ -22,12 +26,15 @@ from harvester.studies.tolerance.curved_law import CurvedLaw
 from harvester.studies.tolerance.device_limits import Limit
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.surface import Polynomial, fit
+from harvester.uncertainty.value import amount
 
 FORMULAS = 512  # of them that an engine of formulas computes, unless their polynomial is rough
 RUNS = 24  # that an engine that samples computes, for each key and one more
 SWEPT = 0.2  # of the progress, where peaks come after the sweeps
 OUTSIDE = 0.005  # of the samples, that may lie beyond those computed without a warning
 ROUGH = 0.05  # of the standard deviation of the powers: what a polynomial may miss
+PASSIVE = ("r", "c", "l")  # kinds of parts whose values are above 0
+SMALL = 1e-6  # of a key's value: above 0
 
 
 @dataclass(frozen=True)
@@ -149,8 +156,17 @@ class ToleranceStudy:
             computed = held
             samples = sampling.interpolated(samples, ends, held, many)
             warnings += _outside(held, many)
-        levels = self._peaks(computed, inner, many)
-        return ToleranceRuns(samples, many, surface, alone, failed, tuple(warnings), *levels)
+        levels, levels_off = self._peaks(computed, inner, many)
+        return ToleranceRuns(
+            samples,
+            many,
+            surface,
+            alone=alone,
+            failed=failed,
+            warnings=tuple(warnings),
+            peaks=levels,
+            peaks_off=levels_off,
+        )
 
     @property
     def _swept(self) -> float:
@@ -212,3 +228,78 @@ def _failures(table: SweepTable) -> Iterator[Diagnostic]:
         yield warning("samples_failed", failed=len(failed), count=len(table.rows), first=failed[0])
     if warned:
         yield warning("samples_warned", warned=len(warned), count=len(table.rows), first=warned[0])
+
+
+def answer_at(
+    keys: Sequence[str], values: Floats, answer: Estimate | HarvesterError, key: int | None = None
+) -> Estimate:
+    """The answer at keys' values; an error is raised with these, or one ``key``, in its sentence."""
+    if not isinstance(answer, HarvesterError):
+        return answer
+    located = [
+        f"{keys[k]} of {amount(float(values[k]), unit_of(keys[k]))}"
+        for k in (range(len(keys)) if key is None else [key])
+    ]
+    kind = type(answer) if isinstance(answer, SimulationError) else InputError
+    raise kind(f"at {', '.join(located)} {answer}")
+
+
+def check_devices(request: ToleranceRequest, values: Floats) -> None:
+    """InputError for a device that cannot be, before any is computed.
+
+    ``values`` are the keys' values of all devices, (n, keys), the middle first.  Those with the
+    least or the largest value of a key are checked, after the middle with that value alone.
+    """
+    middle = values[0]
+    try:
+        # a negative resistance of the scene itself is meant
+        meant = _not_above_zero(request, middle)
+    except InputError as error:
+        raise InputError(f"`vary` must allow all devices, but of one {error}") from None
+    extreme = np.stack([values.argmin(axis=0), values.argmax(axis=0)])
+    for k, rows in enumerate(extreme.T):
+        spread = request.spreads[k]
+
+        def fault(value: float, k: int = k) -> str:
+            return _fault(request, np.where(np.arange(len(middle)) == k, value, middle), meant)
+
+        for value in map(float, values[rows, k]):
+            if not (why := fault(value)):
+                continue
+            if not spread.key.startswith("load.parameters."):
+                raise InputError(f"`vary` must allow all devices, but of one {why}")
+            if value <= 0.0 < middle[k] and fault(0.0) and not fault(SMALL * middle[k]):
+                raise InputError(
+                    f"`vary` must keep {spread.key} above 0, but {spread.written!r} reaches "
+                    f"{value:.3g}"
+                )
+            raise InputError(
+                f"`vary` must allow all devices, but at {spread.key} of {value:.3g} {why}"
+            )
+    for row in extreme.ravel():
+        if why := _fault(request, values[row], meant):
+            raise InputError(f"`vary` must allow all devices, but of one {why}")
+
+
+def _fault(request: ToleranceRequest, values: Floats, meant: Collection[str]) -> str:
+    """Why a device cannot be; empty if it can."""
+    try:
+        below = _not_above_zero(request, values)
+    except InputError as error:
+        return str(error)
+    texts = [
+        f"{name} must be above 0, but is {below[name]:.3g}" for name in sorted(below.keys() - meant)
+    ]
+    return texts[0] if texts else ""
+
+
+def _not_above_zero(request: ToleranceRequest, values: Floats) -> dict[str, float]:
+    """The resistors, capacitors and inductors of a device whose values are not above 0, by name.
+
+    Raises InputError for a device that cannot be.
+    """
+    scene = request.scene.varied(dict(zip(request.keys, map(float, values), strict=True)))
+    circuit = Problem(scene).circuit
+    passive = [part for part in (circuit.parts if circuit else ()) if part.kind in PASSIVE]
+    known = {part.name: effective_value(part) for part in passive}
+    return {name: value for name, value in known.items() if value is not None and value <= 0.0}

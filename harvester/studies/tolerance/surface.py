@@ -61,6 +61,11 @@ class Polynomial:
         """The variance of the polynomial over that of independent noise in y, at keys' values (m, keys): shape (m,)."""
         return np.asarray(((self._terms(x) @ self.factor) ** 2).sum(axis=1))
 
+    def change_beyond(self, x: Floats) -> Floats:
+        """The distance of the polynomial from its edge, at keys' values (m, keys); 0 within the samples."""
+        free = _basis((x - self.middle) / self.half, self.powers) @ self.coefficients
+        return np.asarray(np.abs(free - self(x)))
+
     def _terms(self, x: Floats) -> Floats:
         return _basis(np.clip((x - self.middle) / self.half, -1.0, 1.0), self.powers)
 

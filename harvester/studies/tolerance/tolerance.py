@@ -1,6 +1,7 @@
 """The study of tolerances: many devices whose parts scatter, by the cheapest engine that is good enough for it."""
 
 import math
+import operator
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance import samples as sampling
 from harvester.studies.tolerance.circuit_study import BUDGET, CircuitStudy, is_study_of_circuit
-from harvester.studies.tolerance.device_limits import lifetime_of
+from harvester.studies.tolerance.device_limits import PEAKS, Limit, lifetime_of
 from harvester.studies.tolerance.device_limits import limits as read_limits
 from harvester.studies.tolerance.first_order import FIRST_ORDER, first_order_engine, linear_law
 from harvester.studies.tolerance.spreads import spreads
@@ -115,7 +116,7 @@ def tolerance(
     years = lifetime_of(bounds, lifetime, problem)
     linear = amount.first_order
     if linear:
-        _refuse_beside_first_order(checks, lifetime, execution.resume or None)
+        _refuse_beside_first_order(checks, lifetime, execution.resume or None, bounds)
         chosen = first_order_engine(problem, engine, within, seed)
     else:
         chosen = engine_of(sampling.cheapest(problem)(seed=seed) if engine is None else engine)
@@ -134,8 +135,9 @@ def tolerance(
         within=target,
         seed=seed,
     )
+    budget = _budget(chosen, request, amount, execution)
     with working(execution.progress):
-        computed = _compute(request, chosen, amount, execution, by_default=engine is None)
+        computed = _compute(request, chosen, amount, execution, budget, by_default=engine is None)
         answer = ToleranceResult.of(request, computed, time.perf_counter() - begin)
     if folder is not None:
         correlations = None if matrix is None else matrix.tolist()
@@ -144,18 +146,28 @@ def tolerance(
             "limits": [limit.written for limit in bounds],
         }
         about = provenance(
-            problem, seed=seed, engine=answer.engine, **texts, correlate=correlations
+            problem,
+            seed=seed,
+            engine=answer.engine,
+            **texts,
+            correlate=correlations,
+            runs=FIRST_ORDER if amount.first_order else amount.count,
+            budget=budget,
         )
         folder.save("tolerance", answer.table.csv(), answer.plot(problem.scene.name), about)
     return answer
 
 
 def _refuse_beside_first_order(
-    checks: int | None, lifetime: float | str | None, resume: bool | None
+    checks: int | None, lifetime: float | str | None, resume: bool | None, bounds: Sequence[Limit]
 ) -> None:
     for name, given in (("checks", checks), ("lifetime", lifetime), ("resume", resume)):
         if given is not None:
             raise InputError(f"`{name}` must be left out with `runs` {FIRST_ORDER!r}, but is given")
+    if peaks := [limit.quantity for limit in bounds if limit.quantity in PEAKS]:
+        raise InputError(
+            f"`limits` must have no peaks with `runs` {FIRST_ORDER!r}, but have {peaks[0]}"
+        )
 
 
 def _check_served(chosen: Engine, problem: Problem) -> None:
@@ -180,30 +192,39 @@ def _read_runs(runs: int | str | None) -> _Runs:
     """The argument ``runs`` as it is meant; InputError for another text."""
     if runs is None or runs == FIRST_ORDER:
         return _Runs(first_order=runs == FIRST_ORDER)
+    wrong = invalid("`runs`", f"be a whole number, {FIRST_ORDER!r} or a time such as '60s'", runs)
+    if not isinstance(runs, str):
+        if isinstance(runs, bool) or not hasattr(runs, "__index__"):
+            raise wrong
+        return _Runs(count=operator.index(runs))
     try:
         return _Runs(count=int(runs))
     except ValueError:
         pass
     try:
-        budget = seconds(str(runs))
+        budget = seconds(runs)
     except ValueError:
-        raise invalid(
-            "`runs`", f"be a number, {FIRST_ORDER!r} or a time such as '60s'", runs
-        ) from None
+        raise wrong from None
+    if not runs.strip()[-1:].isalpha():  # neither a number of runs nor a time with its unit
+        raise wrong
     if not 0.0 < budget < math.inf:
         raise invalid("the time of `runs`", "be above 0", runs)
     return _Runs(budget=budget)
 
 
 def _compute(
-    request: ToleranceRequest, chosen: Engine, runs: _Runs, execution: Execution, by_default: bool
+    request: ToleranceRequest,
+    chosen: Engine,
+    runs: _Runs,
+    execution: Execution,
+    budget: float | None,
+    by_default: bool,
 ) -> ToleranceRuns:
-    """The runs of a study within a budget, of a linear law, or of a polynomial.
+    """The runs of a study within a budget (s), of a linear law, or of a polynomial.
 
     An engine ``by_default`` is replaced by a dearer one if its error is not small.
     """
-    if _is_timed(chosen, request, runs, execution):
-        budget = BUDGET if runs.budget is None else runs.budget
+    if budget is not None:
         study_of_law = CircuitStudy(
             request, execution, budget, draws=not runs.first_order, fills=runs.budget is not None
         )
@@ -219,20 +240,33 @@ def _compute(
     return computed if better is None or computed.samples.small else study.run(better)
 
 
-def _is_timed(chosen: Engine, request: ToleranceRequest, runs: _Runs, execution: Execution) -> bool:
-    """Whether a study is one of a netlist within a budget: no counts, peaks or rows to resume.
+def _budget(
+    chosen: Engine, request: ToleranceRequest, runs: _Runs, execution: Execution
+) -> float | None:
+    """The budget (s) of a study of a netlist without counts, peaks and rows to resume; None of another.
 
     Raises InputError for a budget of another study.
     """
-    plain = (request.runs, request.checks, request.lifetime) == (None, None, None)
-    timed = is_study_of_circuit(chosen) and plain and not execution.resume
-    if runs.budget is not None and not timed:
+    excluded = {
+        "runs": request.runs is not None,
+        "checks": request.checks is not None,
+        "lifetime": request.lifetime is not None,
+        "resume": execution.resume,
+    }
+    options = [name for name, is_present in excluded.items() if is_present]
+    is_circuit = is_study_of_circuit(chosen)
+    if runs.budget is not None and not is_circuit:
         raise InputError(
-            f"`runs` must be a number or {FIRST_ORDER!r}, but is a time (`budget`), which is for "
-            "netlists by an engine such as 'slow', without `checks`, `lifetime` and `resume`, and "
-            f"the engine is {chosen.NAME!r}"
+            f"`runs` must be a number or {FIRST_ORDER!r} by engine {chosen.NAME!r}, but is a time "
+            "(`budget`), which is for netlists by an engine such as 'slow'"
         )
-    return timed
+    if runs.budget is not None and options:
+        raise InputError(
+            f"`{options[0]}` must be left out if `runs` is a time (`budget`), but is given"
+        )
+    if not is_circuit or options:
+        return None
+    return BUDGET if runs.budget is None else runs.budget
 
 
 def _check_counts(samples: int | None, runs: int | None, checks: int | None) -> None:

@@ -12,11 +12,12 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import SimulationError
 from harvester.presentation import drawing
-from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.diagnostic import Diagnostic, has, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
 from harvester.studies.tolerance import design
+from harvester.studies.tolerance.curved_law import CurvedLaw
 from harvester.studies.tolerance.device_limits import Limit
 from harvester.studies.tolerance.distribution import QUANTILES, ShareInterval, quantile, share_met
 from harvester.studies.tolerance.spreads import PartSpread
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+MISSES = ("surface_misses", "law_misses")
 UNEXPLAINED = 0.05  # of the variance: a surface that misses more brings a warning
 CHECKS = (
     "error_by_engine",
@@ -382,7 +384,11 @@ def _warnings(runs: ToleranceRuns) -> list[Diagnostic]:
         warnings.append(warning("intervals_of_samples_alone"))
     elif not samples.small and np.ptp(samples.values["mean_power"]) > 0.0:
         warnings.append(warning("intervals_are_wide", engine=samples.engine))
-    return warnings + ([warning("surface_misses", share=missed)] if missed > UNEXPLAINED else [])
+    # a law that nothing checked states that in its note
+    if missed > UNEXPLAINED and not has(samples.checks, "curved_law_unchecked"):
+        by_law = isinstance(runs.surface, CurvedLaw)
+        warnings.append(warning("law_misses" if by_law else "surface_misses", share=missed))
+    return warnings
 
 
 def _bars(request: ToleranceRequest, runs: ToleranceRuns) -> tuple[TornadoBar, ...]:

@@ -111,27 +111,6 @@ def test_first_order_of_a_board_has_no_sampled_devices():
     assert (check.numbers["sampled"], check.numbers["runs"]) == (0, 3)
 
 
-@pytest.mark.parametrize(
-    ("scene", "options", "line"),
-    [
-        (BOARD, {"runs": "0s"}, "`runs` must be a number, 'first-order' or a time such as '60s'"),
-        (
-            BOARD,
-            {"runs": "60s", "checks": 4},
-            "`runs` must be a number or 'first-order', but is a time",
-        ),
-        (
-            ROOT / "examples" / "plate.toml",
-            {"runs": "60s"},
-            "`runs` must be a number or 'first-order'",
-        ),
-    ],
-)
-def test_a_time_that_has_no_meaning_is_refused(scene, options, line):
-    with pytest.raises(hv.InputError, match=f"^{line}"):
-        hv.tolerance(scene, vary={"piezo.capacitance": "5%"}, **options)
-
-
 def test_first_order_has_nothing_to_resume(tmp_path):
     """It would be computed anew, by a judged engine and without the budget."""
     execution = hv.Execution(out=tmp_path, resume=True)
@@ -146,3 +125,37 @@ def test_command_takes_a_budget_or_runs(harvester):
     assert status == 2 and "--budget must be left out if --runs is given" in err
     status, _, err = harvester(*words, "soon")
     assert status == 2 and "--budget must be a time above 0" in err
+
+
+@pytest.mark.parametrize("runs", [float("inf"), [3], 2.5, True, "2.5", "inf", "", "0s"])
+def test_runs_are_a_whole_number_or_a_time(runs):
+    """Neither 2.5 nor a list is shortened to a number, and a time has a unit."""
+    with pytest.raises(hv.InputError, match=r"`runs` must be a whole number, 'first-order' or a"):
+        hv.tolerance(PLATE, vary=VARY, runs=runs)
+
+
+PIEZO = {"piezo.capacitance": "5%"}
+PEAK = "peak_displacement < 1"
+SINUSOID = hv.Scene(
+    nondimensional=hv.Nondimensional(c1=-0.1, beta=0.05, mu=1.0, drive=0.1, drive_frequency=1.0)
+)
+BY_FORMULA = ROOT / "examples" / "plate.toml"
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "line"),
+    [
+        (BOARD, {"runs": "20s", "checks": 4}, "`checks` must be left out if `runs` is a time"),
+        (
+            SINUSOID,
+            {"runs": "first-order", "limits": PEAK},
+            "`limits` must have no peaks with `run",
+        ),
+        (BY_FORMULA, {"runs": "20s"}, "`runs` must be a number .* by engine 'exact', but is a t"),
+    ],
+)
+def test_a_refusal_names_the_option_that_was_given(scene, options, line):
+    """Rather than all that a time excludes; peaks under a sinusoid have no lifetime to leave out."""
+    with pytest.raises(hv.InputError, match=f"^{line}"):
+        vary = {"nondimensional.mu": "5%"} if scene is SINUSOID else PIEZO
+        hv.tolerance(scene, vary=vary, **options)

@@ -8,11 +8,13 @@ import pytest
 import harvester as hv
 from harvester.answers.estimate import Estimate
 from harvester.errors import SimulationError
+from harvester.machine.progress import NO_PROGRESS, NoProgress
 from harvester.presentation.diagnostic import has
 from harvester.studies.tolerance.circuit_study import CircuitStudy
 from harvester.studies.tolerance.device_limits import parse
+from harvester.studies.tolerance.first_order import linear_law
 from harvester.studies.tolerance.spreads import spreads
-from harvester.studies.tolerance.study import ToleranceRequest
+from harvester.studies.tolerance.study import ToleranceRequest, check_devices
 from harvester.studies.tolerance.tolerance_result import ToleranceResult
 from tests.support.paths import ROOT
 
@@ -41,6 +43,14 @@ class Formula:
     calls: list = field(default_factory=list)
 
     NAME = "slow"
+    has_gradient = False
+
+    def run(self, scene):
+        """The answer of one device, or its error."""
+        answer = self._answer(scene)
+        if isinstance(answer, SimulationError):
+            raise answer
+        return answer
 
     def many_at_once(self, problem):
         """One by one."""
@@ -89,10 +99,21 @@ def request(**changes):
     return replace(asked, **changes)
 
 
-def study(engine, budget=60.0, draws=True, **changes):
+class Remarks(NoProgress):
+    """The remarks of a study."""
+
+    def __init__(self):
+        self.codes = []
+
+    def remark(self, text):
+        """Keep the code of a remark."""
+        self.codes.append(text.code)
+
+
+def study(engine, budget=60.0, draws=True, progress=NO_PROGRESS, **changes):
     """The result of a study in this process."""
     asked = request(**changes)
-    execution = hv.Execution(workers=1)
+    execution = hv.Execution(workers=1, progress=progress)
     runs = CircuitStudy(asked, execution, budget, draws=draws).run(engine)
     return ToleranceResult.of(asked, runs, 0.0), runs
 
@@ -114,7 +135,7 @@ def test_a_judge_without_time_does_not_set_the_level():
     """Its answer is the cheap one, with a ratio of 1 that would halve the correction."""
     found, runs = study(Formula(knows=1))
     assert runs.samples.ratio == pytest.approx(1.1)
-    assert found.off is not None and "from 1 run" in found.error_from
+    assert found.off is not None and "from 1 run with" in found.error_from
 
 
 def test_corners_in_the_middle_check_nothing():
@@ -174,12 +195,56 @@ def test_a_device_that_cannot_be_is_refused_before_any_is_computed():
     assert not engine.calls
 
 
+def test_a_part_is_known_by_the_circuit_rather_than_by_its_key(tmp_path):
+    """The parameter ``leak`` may be negative, unless a part then is; a key needs a name."""
+    board = tmp_path / "leaky.cir"
+    body = ".subckt load p n leak=0.5\nR1 p m {1meg*(1 + leak)}\nRload m n 1meg\n.ends\n"
+    board.write_text(body)
+    scene = PLATE.with_load(hv.Load(netlist=str(board)))
+    leaky = replace(request(scene=scene), spreads=spreads({"load.parameters.leak": "-2:3"}, scene))
+    check_devices(leaky, np.array([[0.5], [-0.5], [1.0]]))
+    with pytest.raises(hv.InputError, match=r"at load\.parameters\.leak of -2 r1 must be above 0"):
+        check_devices(leaky, np.array([[0.5], [-2.0], [1.0]]))
+    board.write_text(body.replace("(1 + leak)", "leak"))
+    with pytest.raises(hv.InputError, match=r"keep load\.parameters\.leak above 0, but '-2:3'"):
+        check_devices(leaky, np.array([[0.5], [-2.0], [1.0]]))
+    with pytest.raises(hv.InputError, match=r"unknown .* 'parameters\.'"):
+        spreads({"load.parameters.": "1:2"}, scene)
+
+
+def test_failures_of_judged_runs_and_corners_are_reported():
+    """Both are at devices whose keys move the same way; the key's own ends have an answer."""
+    found, _ = study(Formula(lambda a, b: None if a * b > 1e-9 else joint(a, b)))
+    assert has(found.warnings, "corners_failed") and has(found.warnings, "judged_runs_failed")
+    assert "2 of 2 devices" in str(found) and "no answer here" in str(found)
+
+
+def test_a_key_whose_end_has_no_answer_is_named():
+    """With its value, in a budget and at first order."""
+    broken = Formula(lambda a, b: None if a > 0.1 else joint(a, b))
+    with pytest.raises(SimulationError, match=r"at piezo\.capacitance of \d.*F no answer here"):
+        study(broken)
+    with pytest.raises(SimulationError, match=r"at piezo\.capacitance of \d.*F, oscillator\.d"):
+        linear_law(request(), broken, NO_PROGRESS)
+
+
+def test_a_first_order_without_a_known_model_has_no_error():
+    """The judge is asked in the middle; if it has no answer, the error is not known."""
+    known = linear_law(request(), Formula(judged=False), NO_PROGRESS).samples
+    assert known.off["mean_power"] > 0.1  # the judge's power is 1.1 times the others
+    unknown = linear_law(request(), Formula(judged=False, knows=0), NO_PROGRESS).samples
+    assert unknown.off["mean_power"] is None and has(unknown.checks, "no_error_stated")
+
+
 def test_a_budget_that_is_spent_has_no_more_runs_and_says_so():
     """The keys' ends alone: no corner, judge or device, and a warning."""
     engine = Formula()
-    found, _ = study(engine, budget=1e-4)
+    remarks = Remarks()
+    found, _ = study(engine, budget=1e-4, progress=remarks)
     assert len(engine.calls) == 5 and found.off is None
     assert has(found.warnings, "over_budget")
+    assert not has(found.warnings, "surface_misses", "law_misses")  # nothing was checked
+    assert remarks.codes == ["law_in_budget", "law_beyond_budget", "first_answer"]
 
 
 def test_a_budget_is_filled_with_devices():

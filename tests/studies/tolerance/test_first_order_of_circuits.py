@@ -1,5 +1,7 @@
 """First-order tolerances of a netlist: slopes of engine `Ideal` between each key's ends."""
 
+import json
+
 import numpy as np
 
 import harvester as hv
@@ -9,9 +11,14 @@ PLATE = hv.load("examples/plate_with_stop.toml").with_load(BRIDGE)
 VARY = {"load.parameters.R": "normal:10%", "piezo.coupling": "normal:5%"}
 
 
-def test_devices_have_the_powers_of_the_linear_law():
+def test_devices_have_the_powers_of_the_linear_law(tmp_path):
     """Devices that the engine computes on other noise are within the stated error, and vary as the law says."""
-    result = hv.tolerance(PLATE, vary=VARY, runs="first-order", samples=256, within=0.02)
+    execution = hv.Execution(out=tmp_path)
+    result = hv.tolerance(
+        PLATE, vary=VARY, runs="first-order", samples=256, within=0.02, execution=execution
+    )
+    about = json.loads((tmp_path / "provenance.json").read_text())
+    assert (about["runs"], about["budget"]) == ("first-order", None)
     assert result.engine == "ideal"
     rows = result.samples[:40]
     scenes = [PLATE.varied(dict(zip(VARY, map(float, row), strict=True))) for row in rows]
