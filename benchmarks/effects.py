@@ -1,4 +1,4 @@
-"""Nanoseconds a trajectory-step of the package's kernel, effect by effect, against kernels written by hand.
+"""Nanoseconds per step of a trajectory of the package's kernel, effect by effect, against kernels written by hand.
 
 The bare scene is a linear undamped oscillator, open circuit, no stop, no noise.  Each effect is
 added to it, and taken from the whole scene.  The package's kernel and the one written by hand for
@@ -51,9 +51,9 @@ BEYOND = {
     "negative stiffness": {"linear": -1.0},
     "quadratic stiffness": {"alpha2": 0.1},
     "quadratic damping": {"cv": 0.1},
-    "harmonic drive": {"drive": 0.1, "drive_frequency": 1.1},
+    "harmonic excitation": {"drive": 0.1, "drive_frequency": 1.1},
     "coloured noise": {"coloured": 0.01, "correlation_time": 1.0},
-    "band-pass noise": {"coloured": 0.01, "centre": 1.1, "bandwidth": 0.2},
+    "band-limited noise": {"coloured": 0.01, "centre": 1.1, "bandwidth": 0.2},
     "recorded acceleration": {
         "record": Record(0.1, 0.1 * np.random.default_rng(1).standard_normal(5000))
     },
@@ -148,7 +148,7 @@ def added(e, repeats):
 
 
 def plot(rows, path):
-    """Bars of both kernels, effect by effect."""
+    """Draw the time of both kernels, effect by effect."""
     from harvester.figures.quantities import logarithm
     from harvester.figures.style import entitle, legend, new
     from harvester.presentation.plot import styled
@@ -170,9 +170,10 @@ def plot(rows, path):
         axes.plot([row["ns/step"] for row in rows], place, "o", color="0.15", label="harvester")
         axes.set_yticks(place, [row["what"] for row in rows])
         logarithm(axes.xaxis)
-        axes.set_xlabel("time a trajectory-step on one core (ns)")
+        axes.set_xlabel("CPU time per step of a trajectory (ns)")
         entitle(
-            figure, "Cost of each effect: alone, left out of the paper's scene, or added to it", ""
+            figure,
+            "Cost of each effect: alone, left out of the scene of the Entropy 2026 paper, or added to it",
         )
         legend(figure)
     figure.savefig(path)

@@ -77,7 +77,7 @@ def widths(scene: hv.Scene, device_class: str) -> tuple[float, float, float]:
     elsewhere = scene.vary("load.resistance", 3.0 * scene.load.resistance)
     here, there = at_load, drawn(elsewhere, device_class, TUNED)
     (measured, _, _), (asked, _, model) = here.logarithms(), there.logarithms()
-    sigma = math.hypot(METER, here.model)
+    sigma = math.hypot(METER, here.model.sigma)
     weights = np.exp(-0.5 * ((measured - np.median(measured)) / sigma) ** 2)
     curve, _, its_model = drawn(elsewhere, device_class, CURVE).logarithms()
     equal = np.ones_like(weights)

@@ -152,7 +152,7 @@ def peigney() -> Iterator[Prediction]:
         return {
             "most power on 100 kohm, sine": 1e3 * top.mean_power.value,
             "its frequency": top.frequency,
-            "power into the store, traffic": 1e6
+            "power into the storage, traffic": 1e6
             * middle
             * float(np.interp(draw["damping"], dampings, some)),
         }
@@ -163,7 +163,7 @@ def peigney() -> Iterator[Prediction]:
     units = {
         "most power on 100 kohm, sine": "mW",
         "its frequency": "Hz",
-        "power into the store, traffic": "uW",
+        "power into the storage, traffic": "uW",
     }
     yield from predicted("peigney", spreads, units, of)
 

@@ -245,7 +245,9 @@ def table(some: Sequence[Number], fits: Mapping[str, Fit]) -> list[str]:
     kinds = (
         _summary("open ranges of the source alone", some, as_made),
         summary("first priors", some, first),
-        summary("the package's own, not independent: fitted on these devices", some, of_package),
+        summary(
+            "version 2 of the package, not independent: fitted on these devices", some, of_package
+        ),
         summary("fitted, each device left out", some, fits),
         *(
             summary(f"the same, {name} numbers", part, fits)

@@ -118,13 +118,8 @@ def resonances(angle: int, u: float) -> tuple[float, float]:
     return (weaker, stronger) if angle < 0 else (stronger, weaker)
 
 
-def d8(drawn: Any, row: Any) -> Iterator[Any]:
-    """BistableX (Norenberg et al. 2025), rms voltage of the runs without tilt that are not among the eight open ones.
-
-    The wells' distance is that of the devices that agree best with the eight; far from the resonance the sweeps have
-    0.098 V/g at 6.3 Hz, which places the product of peak and width.  The well of the start is not known.
-    """
-    of = drawn({"q": 0.25, "static": 0.08})
+def nearest(of: Any) -> list[tuple[float, int, hv.Scene, float]]:
+    """The twelve devices that agree best with the eight open runs: deviation, number, scene and well (m)."""
     devices: list[tuple[float, int, hv.Scene, float]] = []
     for at in range(48):
         well = math.exp(
@@ -148,6 +143,16 @@ def d8(drawn: Any, row: Any) -> Iterator[Any]:
         devices.append((float(np.mean(np.clip(np.abs(off), 0.0, 1.0))), at, scene, well))
     best = sorted(devices, key=lambda one: one[:2])[:12]
     print("D8 wells (mm):", [f"{1e3 * one[3]:.1f} ({one[0]:.2f})" for one in best])
+    return best
+
+
+def d8(drawn: Any, row: Any) -> Iterator[Any]:
+    """BistableX (Norenberg et al. 2025), rms voltage of the runs without tilt that are not among the eight open ones.
+
+    The wells' distance is that of the devices that agree best with the eight; far from the resonance the sweeps have
+    0.098 V/g at 6.3 Hz, which places the product of peak and width.  The well of the start is not known.
+    """
+    best = nearest(drawn({"q": 0.25, "static": 0.08}))
     mass = best[0][2].oscillator.mass
     for angle, name in NAMED.items():
         for frequency, levels in LEVELS.items():

@@ -84,7 +84,7 @@ def pytest_runtest_protocol(item):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item):
-    """A test that takes the missing ngspice for an answer fails too."""
+    """A test that takes the missing ngspice for an answer fails as well."""
     done = yield
     if item.stash[ATTEMPTS]:
         pytest.fail("this test looks for ngspice, so it must have the marker `ngspice`")

@@ -95,7 +95,7 @@ class Estimate(Result):
     probes : dict
         other quantities of the circuit that were asked for, by name: mean, rms, least and largest.
     responses : tuple of SteadyResponse
-        to the same steady drive, from other starts, found by a search for several responses.
+        to the same periodic excitation, from other starts, found by a search for several responses.
     events : Events or None
         the shocks or steps, if the excitation is made of such; else None.
     bound : PowerBound or None
@@ -187,5 +187,5 @@ class Estimate(Result):
         return "; ".join(map(str, self.notes))
 
     def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
-        """Draw the parts of the error, and the energy ledger if there is one, as a matplotlib figure."""
+        """Draw the parts of the error, and the energy balance if there is one, as a matplotlib figure."""
         return drawing.draw(self, title, ax)

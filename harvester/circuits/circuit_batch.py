@@ -191,12 +191,12 @@ def advance_circuit(
         np.empty(z.size),
         state[MASS_ROWS:rows],
         batch,
-        eqs.n1 is not None or eqs.n2 is not None,
-        schedule,
-        h,
-        load_of(circuit, np.empty(rows - MASS_ROWS), 0),
-        mechanics.coefficients,
-        shaker,
+        noisy=eqs.n1 is not None or eqs.n2 is not None,
+        schedule=schedule,
+        h=h,
+        load=load_of(circuit, np.empty(rows - MASS_ROWS), 0),
+        c=mechanics.coefficients,
+        shaker=shaker,
     )
     state[order] = z
 
@@ -215,4 +215,4 @@ def circuit_mid_drift(
     z = np.ascontiguousarray(state[mechanics.order(rows)]).reshape(-1)
     load = load_of(circuit, np.empty(rows - MASS_ROWS), 0)
     c = mechanics.coefficients
-    _mid_drift(z, np.empty(z.size), state[MASS_ROWS:rows], out, h, load, c, shaker)
+    _mid_drift(z, np.empty(z.size), state[MASS_ROWS:rows], out, h=h, load=load, c=c, shaker=shaker)

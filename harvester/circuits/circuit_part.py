@@ -21,7 +21,15 @@ from harvester.circuits.substeps import DID, FOLLOW, MOST, ROOMS, KernelCircuit,
 from harvester.circuits.system import Row
 from harvester.mechanics.kernels.compiled import COMPILER, FLAGS, version_of
 from harvester.mechanics.part.entry import stored
-from harvester.mechanics.part.gridded import is_solved, keep_store, load_energy, with_store
+from harvester.mechanics.part.gridded import (
+    Spent,
+    is_solved,
+    keep_store,
+    load_energy,
+    out_of_piezo,
+    spent,
+    with_store,
+)
 from harvester.mechanics.part.part_state import DrawnLoad, W, load_of
 
 FEW = 1e4 * MOST  # steps that may fail before their share counts
@@ -175,8 +183,12 @@ def _is_solved(load):
 
 @version_of(load_energy, before=NetlistLoad)
 def _load_energy(m, before, end, t, c):
-    s1 = end[0]
-    return 0.5 * (m.V + s1.V) * ((s1.x - m.x) - (s1.V - m.V))
+    return out_of_piezo(m, end[0])
+
+
+@version_of(spent, before=NetlistLoad)
+def _spent(m, before, end, t):
+    return Spent(0.0, 0.0)  # its own state has the energy in its load
 
 
 @version_of(load_of, load=NetlistLoad)
@@ -188,7 +200,6 @@ def _load_of(m, c, load):
     return DrawnLoad(
         U=load.state[at + 2] / volts,
         mu=mu,
-        kappa=0.0,
         store=load.state[at + 1] / volts,
         delivered=delivered * square,
     )

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
@@ -79,7 +79,18 @@ def _flown(begin, end, wall, first, d, load):
     circuit, state = load.circuit, load.state
     # a part of a step ends at its last shortest step; what is added is far above rounding
     count = int(d.t / d.h * FINEST + 1e-4)
-    advance(circuit.address, circuit.record, state, load.room, begin, end, wall, first, d.t, count)
+    advance(
+        circuit.address,
+        circuit.record,
+        state,
+        load.room,
+        x=begin,
+        x1=end,
+        wall=wall,
+        first=first,
+        h=d.t,
+        count=count,
+    )
     if count == FINEST:
         last = len(state) - DID
         for k in range(3):
@@ -112,10 +123,10 @@ def _aside(load):
         load.other,
         load.state,
         load.room,
-        load.counts,
-        load.voltages,
-        load.square,
-        load.states,
+        counts=load.counts,
+        voltages=load.voltages,
+        square=load.square,
+        states=load.states,
     )
 
 
@@ -127,6 +138,19 @@ def _noted(load, mid, row):
     if load.states is not None:  # an assignment of rows would compile the text of its errors
         for k in range(len(mid.state)):
             load.states[row, k] = mid.state[k]
+
+
+class TraceArguments(TypedDict):
+    """The arguments of `CompiledCircuit.trace` and `trace_circuit`, apart from the circuit."""
+
+    eqs: Equations
+    noise: Floats
+    h: float
+    stride: int
+    start: Floats
+    state: Floats
+    shaking: Floats | None
+    kicked: bool
 
 
 def trace_circuit(
@@ -152,7 +176,7 @@ def trace_circuit(
     """
     load = load_of(circuit, state.copy(), len(noise) // stride, keep)
     begin = np.array([*start, state[circuit.voltages_at] / circuit.volts])
-    path = follow(eqs, noise, h, stride, begin, shaking, load, goes_on=kicked)
+    path = follow(eqs, noise, h, stride, start=begin, shaking=shaking, load=load, goes_on=kicked)
     _, steps, failed = load.counts
     return CircuitPath(
         **vars(path),

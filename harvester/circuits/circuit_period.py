@@ -102,16 +102,16 @@ class _Way:
         """Continue for so many periods, with a sample each, or every ``stride`` kicks."""
         n_steps = periods * self.size
         shaking = self.shaking[np.arange(n_steps + 1) % self.size]
-        given = (
+        path = self.circuit.trace(
             self.eqs,
             np.zeros(n_steps),
             self.h,
-            stride or self.size,
-            self.coordinates,
-            self.state,
-            shaking,
+            stride=stride or self.size,
+            start=self.coordinates,
+            state=self.state,
+            shaking=shaking,
+            kicked=True,
         )
-        path = self.circuit.trace(*given, kicked=True)
         self.coordinates = path.last[:-1]
         self.state = path.state
         self.steps += n_steps
@@ -232,12 +232,13 @@ def _response(
     mean = np.mean(means, axis=0)
     scatter = np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
     parts = SURE * ((np.abs(less) + scatter) / np.maximum(mean, 1e-300) + unexplained)
-    there = (
+    return CircuitPeriod(
         way.coordinates,
         way.state,
         turns,
-        float(mean[0]),
-        float(mean[1]),
-        (float(parts[0]), float(parts[1])),
+        power=float(mean[0]),
+        square=float(mean[1]),
+        left=(float(parts[0]), float(parts[1])),
+        path=path,
+        steps=way.steps,
     )
-    return CircuitPeriod(*there, path, way.steps)

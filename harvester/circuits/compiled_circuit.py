@@ -19,7 +19,7 @@ from harvester.circuits.circuit_batch import (
     advance_circuit,
     circuit_mid_drift,
 )
-from harvester.circuits.circuit_path import CircuitPath, trace_circuit
+from harvester.circuits.circuit_path import CircuitPath, TraceArguments, trace_circuit
 from harvester.circuits.converged import check_converged
 from harvester.circuits.newton import Solver
 from harvester.circuits.reduction import Reduction
@@ -240,29 +240,16 @@ class CompiledCircuit:
         """As `check`, of sums as a batch has them, without those of ideal circuits, and states with all their rows."""
         self.check(sums[-2], sums[-1], np.moveaxis(state[:, MASS_ROWS : self.rows], 1, -1))
 
-    def with_own_steps(
-        self, path: CircuitPath, given: tuple[Any, ...], kicked: bool = False
-    ) -> CircuitPath:
+    def with_own_steps(self, path: CircuitPath, given: TraceArguments) -> CircuitPath:
         """The path that `trace` made of the arguments ``given``, with the log of the circuit's own steps."""
-        eqs, noise, h, stride, start, state, shaking = given
-        circuit = self.for_kernels(h)
+        circuit = self.for_kernels(given["h"])
         rows = path.steps + 1
         width = 1 + sum(self.sizes[:3])
         log = np.zeros(2 + rows * width)
         record = circuit.record.copy()
         log[1] = rows
         record["log_at"] = log.ctypes.data
-        again = trace_circuit(
-            eqs,
-            circuit._replace(record=record),
-            state=state,
-            noise=noise,
-            h=h,
-            stride=stride,
-            start=start,
-            shaking=shaking,
-            kicked=kicked,
-        )
+        again = trace_circuit(circuit=circuit._replace(record=record), **given)
         return dataclasses.replace(again, own_steps=log[2:].reshape(rows, width)[: int(log[0])])
 
     def path_moments(

@@ -53,12 +53,12 @@ def feed(circuit, state, room, table, top, h, delay, charge, stride, variates, o
             circuit.record,
             state,
             room,
-            0.0,
-            given / charge,
-            given / charge,
-            1.0,
-            1.0,
-            FINEST,
+            x=0.0,
+            x1=given / charge,
+            wall=given / charge,
+            first=1.0,
+            h=1.0,
+            count=FINEST,
         )
         square += state[last]
         steps += state[last + 1]

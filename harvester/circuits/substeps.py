@@ -96,12 +96,12 @@ def stage(c, level, s, u, y, switches, after, voltages, r, work):
         c.solver_at,
         data(y),
         data(r),
-        Y,
-        pointer(c.p_at),
-        data(switches),
-        data(after[c.nz :]),
-        data(work),
-        rate,
+        Y=Y,
+        p=pointer(c.p_at),
+        s=data(switches),
+        q=data(after[c.nz :]),
+        work=data(work),
+        rate=rate,
     )
     if iterations < 0:
         return iterations
@@ -166,13 +166,17 @@ def step(c, level, s, u, y, switches, sizes, room, volts, thresholds):
     r = room[4]
     work = room[5]
     between = room[6]
-    iterations = stage(c, level, s, u, y, switches, middle, new, r, work)
+    iterations = stage(
+        c, level, s, u, y=y, switches=switches, after=middle, voltages=new, r=r, work=work
+    )
     if iterations < 0:
         return NEVER, 0.0, iterations
     load_voltage = new[2]
     for k in range(c.ns):
         between[k] = s[k] + (1.0 - GAMMA) / GAMMA * (middle[k] - s[k])
-    iterations = stage(c, level, between, u, y, switches, end, new, r, work)
+    iterations = stage(
+        c, level, between, u, y=y, switches=switches, after=end, voltages=new, r=r, work=work
+    )
     if iterations < 0:
         return NEVER, load_voltage, iterations
     error = error_of(c, volts, s, middle, end, sizes)
@@ -257,7 +261,16 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, count):
         copy(trial[:n], y)
         steps += 1
         error, load_voltage, iterations = step(
-            c, level, s, u, trial, switches, sizes, room, volts, thresholds
+            c,
+            level,
+            s,
+            u,
+            y=trial,
+            switches=switches,
+            sizes=sizes,
+            room=room,
+            volts=volts,
+            thresholds=thresholds,
         )
         if error > 1.0 and level < LEVELS - 1:
             level = min(level + (2 if error > 16.0 else 1), LEVELS - 1)

@@ -210,12 +210,12 @@ def bipolar(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
 def _layer(model: ModelCard, side: _Side, area: float, transit: float) -> Layer:
     """The stored charge of a junction of a bipolar transistor."""
     known, letter = model.value, side.letter
-    shape = (
-        known(f"vj{letter}", f"p{letter}", default=0.75),
-        known(f"mj{letter}", f"m{letter}", default=0.33),
-    )
     return Layer(
-        known(f"cj{letter}") * area, *shape, min(known("fc", default=0.5), 0.9999), transit
+        known(f"cj{letter}") * area,
+        built_in=known(f"vj{letter}", f"p{letter}", default=0.75),
+        grading=known(f"mj{letter}", f"m{letter}", default=0.33),
+        forward=min(known("fc", default=0.5), 0.9999),
+        transit=transit,
     )
 
 
@@ -267,14 +267,19 @@ def mosfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) 
     sign = -1.0 if p_type else 1.0
     gamma = known("gamma")
     bulk = Junction(THERMAL, known("is", default=1e-14) * many)
-    shape = known("pb", default=0.8), known("mj", default=0.5), known("fc", default=0.5)
     names: dict[str, float | Node] = {
         "beta": known("kp", default=2e-5) * width / length * many, "half": 0.5, "slope": known("lambda"),
         "vto": sign * known("vto", "vt0"), "gamma": gamma, "phi": phi, "root": math.sqrt(phi),
     }  # fmt: skip
     for pin, node, capacitance in (("d", d, known("cbd")), ("s", s, known("cbs"))):
         across = _across(system, body, node, p_type)
-        names["b" + pin] = add_junction(system, across, bulk, Layer(capacitance * many, *shape))
+        layer = Layer(
+            capacitance * many,
+            built_in=known("pb", default=0.8),
+            grading=known("mj", default=0.5),
+            forward=known("fc", default=0.5),
+        )
+        names["b" + pin] = add_junction(system, across, bulk, layer)
         overlap = system.across(g, node)
         _add_capacitor(system, f"{part.name}#{pin}", overlap, known(f"cg{pin}o") * width * many)
     _add_capacitor(system, f"{part.name}#b", system.across(g, body), known("cgbo") * length * many)
@@ -298,9 +303,9 @@ def jfet(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) ->
         for node, pin in ((d, "d"), (s, "s"))
     )
     gate = Junction(THERMAL, known("is", default=1e-14) * area)
-    shape = (known("pb", default=1.0), 0.5)
+    built_in = known("pb", default=1.0)
     for pin, node in (("d", d), ("s", s)):
-        layer = Layer(known(f"cg{pin}") * area, *shape, known("fc", default=0.5))
+        layer = Layer(known(f"cg{pin}") * area, built_in, forward=known("fc", default=0.5))
         add_junction(system, _across(system, g, node, p_type), gate, layer)
     if channel := _across(system, d, s, p_type):
         system.add_leak(channel)

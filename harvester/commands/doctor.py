@@ -102,7 +102,8 @@ def examine_netlist(file: str) -> Iterator[str]:
         yield f"{'works  ' if not why else 'NOT    '}  {name}{f'  {why}' if why else ''}"
     check_parts(parts.values())
     check_size(parts.values())
-    yield f"engine 'compiled' supports {served} of {len(parts)} elements; engine 'spice' supports all"
+    elements = f"{len(parts)} element{'s' * (len(parts) > 1)}"
+    yield f"engine 'compiled' supports {served} of {elements}; engine 'spice' supports all"
 
 
 def _elements_of(file: str) -> "Sequence[CircuitPart]":
@@ -138,8 +139,8 @@ def _ngspice() -> Iterator[Requirement]:
 
     try:
         library = find_library()
-    except MissingProgramError:
-        yield Requirement("libngspice", "", REMEDY)
+    except MissingProgramError as error:
+        yield Requirement("libngspice", "", str(error).rpartition(": ")[2])
     else:
         from harvester.cosimulation.runs import ngspice_version
 

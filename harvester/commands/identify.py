@@ -1,27 +1,49 @@
 """The command `harvester identify`."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import cloup
 
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_answer
-from harvester.commands.options import json_option, pairs_of
+from harvester.commands.options import json_option, pairs_of, single_points
 from harvester.commands.reports import report_file, report_option, save_report
 from harvester.errors import InputError, invalid
+
+if TYPE_CHECKING:
+    from harvester.identification.identification_result import IdentificationResult
+
+
+SHEET = [
+    cloup.option("--frequency", metavar="VALUE", help="Resonance in short circuit, such as 60 Hz."),
+    cloup.option(
+        "--open-circuit-frequency", metavar="VALUE", help="In open circuit, such as 62 Hz."
+    ),
+    cloup.option("--capacitance", metavar="VALUE", help="Clamped capacitance, such as 30 nF."),
+    cloup.option("--q", metavar="VALUE", help="Quality factor, such as 60.  Default: a prior."),
+    *single_points(),
+    cloup.option(
+        "--prior",
+        metavar="CLASS",
+        help="Class of the device, for spreads: bulk (default), composite, film or polymer.",
+    ),
+]
 
 
 @command(
     "harvester identify impedance.csv frf.csv@100k --out mine.toml --report",
     "harvester identify impedance.csv --known mass='12 g' --out mine.toml",
     "harvester identify short.csv@short open.csv@open bounce.csv --json",
+    "harvester identify impedance.csv --open-circuit-voltage '21 V at 0.25 g' --out mine.toml",
+    "harvester identify --known mass='4 g' --frequency '60 Hz' --capacitance '30 nF' "
+    "--open-circuit-voltage '21 V at 0.25 g' --out mine.toml",
 )
 @cloup.argument(
     "names",
     nargs=-1,
-    required=True,
-    metavar="FILE...",
+    metavar="[FILE...]",
     help="CSV files with named columns, each followed by its electrical state behind an @ if it needs one: "
     "FILE@100k, @short, @open, @clamped.",
 )
@@ -34,6 +56,7 @@ from harvester.errors import InputError, invalid
         help="A known key, such as mass='12 g'; repeatable.",
     ),
 )
+@cloup.option_group("Numbers of a data sheet (next to files, or alone)", *SHEET)
 @cloup.option_group(
     "Output",
     cloup.option(
@@ -50,8 +73,10 @@ def identify(
     force: bool,
     report: str | None,
     as_json: bool,
+    prior: str | None,
+    **stated: str | None,
 ) -> None:
-    """Identify a device's parameters from measurements in FILEs: impedance, response per g, ring-down, with intervals.
+    """Identify a device's parameters from measurements in FILEs or a data sheet's numbers, with intervals.
 
     A file holds frequency with |Z| and phase, R and X, or G and B; frequency with a voltage or displacement per g; or
     time with a voltage or displacement.  Files are fitted jointly; a ring-down that bounces gives the stop.
@@ -62,6 +87,7 @@ def identify(
     from harvester.machine.files import folder
     from harvester.presentation.diagnostic import note
     from harvester.scene.schema import NAME
+    from harvester.studies.prediction.priors import DEFAULT_CLASS
 
     path = None if out is None else Path(out)
     if force and path is None:
@@ -74,19 +100,43 @@ def identify(
         folder(path.parent)
         check(path, force)
     page = report_file(report, None if path is None else str(path.parent))
-    result = study(names, pairs_of("--known", known, "be KEY=VALUE, such as mass='12 g'"))
-    title = "Identified from " + ", ".join(Path(name).name for name in names)
+    points = _points(stated, prior)
+    fixed = pairs_of("--known", known, "be KEY=VALUE, such as mass='12 g'")
+    result = study(names, fixed, points, DEFAULT_CLASS if prior is None else prior)
+    origins = [*(Path(name).name for name in names), *["a data sheet"][: len(points)]]
+    title = "Identified from " + ", ".join(origins)
     echo_answer(result, as_json)
     if path is not None:
         scene_file.write(path, result, title, force)
-        plot = result.plot(title)
-        from harvester.presentation.plot import save  # and with it matplotlib, which has drawn it
-
-        save(plot, path.parent, f"{path.stem}_fit")
+        drawn = _draw(result, title, path)
         if not as_json:
-            click.echo(f"written: {path}, {path.with_name(path.stem + '_fit.png').name}, {NAME}")
+            click.echo(f"written: {', '.join([str(path), *drawn, NAME])}")
             if scene_file.is_whole(result):
-                echo(f"next: harvester run {path}   (after its shaking and load)")
+                echo(f"next: harvester run {path}   (after its excitation and load)")
             else:
                 echo(f"note: {note('scene_not_whole', files=' '.join(names))}")
     save_report(page, lambda report: report.of_identification(result, title), quiet=as_json)
+
+
+def _points(stated: dict[str, str | None], prior: str | None) -> dict[str, str]:
+    """The numbers of a data sheet that are given; InputError for a prior without any."""
+    from harvester.identification.data_sheet import NAMES
+
+    points = {name: text for name in NAMES if (text := stated[name]) is not None}
+    if prior is not None and not points:
+        raise InputError(
+            "--prior must be given with a number of a data sheet, such as --open-circuit-voltage, "
+            "but there is none"
+        )
+    return points
+
+
+def _draw(result: "IdentificationResult", title: str, path: Path) -> list[str]:
+    """The name of the figure that is drawn next to the scene; none if there is no curve."""
+    if not result.curves():
+        return []
+    plot = result.plot(title)
+    from harvester.presentation.plot import save  # and with it matplotlib, which has drawn it
+
+    save(plot, path.parent, f"{path.stem}_fit")
+    return [path.with_name(path.stem + "_fit.png").name]

@@ -14,7 +14,7 @@ import cloup
 from harvester.commands.geometry import geometry_options, take
 from harvester.commands.help import command
 from harvester.commands.messages import echo, typed
-from harvester.commands.options import json_option, pairs_of, two_nets
+from harvester.commands.options import json_option, pairs_of, single_points, two_nets
 from harvester.devices.datasheet import FIELDS, LOAD
 from harvester.errors import InputError
 
@@ -76,16 +76,7 @@ def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @_datasheet_options
 @cloup.option_group(
     "Single points of a data sheet (each instead of a coupling, a damping or a mass)",
-    cloup.option(
-        "--open-circuit-voltage",
-        metavar="POINT",
-        help="Largest voltage without load, such as '21 V at 0.25 g'; peaks, or with 'rms' or 'pp'.",
-    ),
-    cloup.option(
-        "--power-at-load",
-        metavar="POINT",
-        help="Mean power at the best frequency, such as '1.2 mW at 15 kohm and 0.25 g'.",
-    ),
+    *single_points(),
 )
 @geometry_options
 @cloup.option_group(
@@ -217,8 +208,9 @@ def _words(problem: "Problem", remarks: "Sequence[Diagnostic]", file: str) -> li
         for remark in remarks
     ]
     if not any(remark.about in ("load", "best load") for remark in remarks):
-        whose = "a netlist's is " if problem.netlist is not None else ""
-        words.append(f"best load: {whose}found by: {_optimise(problem, file)}")
+        words.append(
+            f"best load: not computed here; this command finds it: {_optimise(problem, file)}"
+        )
     return words
 
 

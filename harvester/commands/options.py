@@ -182,3 +182,20 @@ def sampling(
         ),
     )
     return accuracy(effort(command))
+
+
+def single_points() -> list[Callable[..., Any]]:
+    """The options of a voltage without load and of a power at a load, as data sheets have them."""
+    return [
+        cloup.option(
+            "--open-circuit-voltage",
+            metavar="POINT",
+            help="Largest voltage without load, such as '21 V at 0.25 g'; peaks, or with 'rms' "
+            "or 'pp'.",
+        ),
+        cloup.option(
+            "--power-at-load",
+            metavar="POINT",
+            help="Mean power at the best frequency, such as '1.2 mW at 15 kohm and 0.25 g'.",
+        ),
+    ]

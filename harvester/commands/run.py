@@ -24,7 +24,7 @@ SHARE, SHORT = 0.3, 5.0
     "harvester run mine.toml --lifetime '5 years' --sensitivity",
     "harvester run mine.toml --predict --prior film --known damping=measured",
     "harvester run mine.toml --predict --points open_circuit_voltage='21 V at 0.25 g'",
-    "harvester run bridge.toml --probe store --probe 'i(d1)' --ledger",
+    "harvester run bridge.toml --probe store --probe 'i(d1)' --energy-balance",
 )
 @cloup.option_group(
     "Computation",
@@ -37,7 +37,9 @@ SHARE, SHORT = 0.3, 5.0
     "Inside the circuit (spice, compiled)",
     probe_option,
     cloup.option(
+        "--energy-balance",
         "--ledger",
+        "ledger",
         is_flag=True,
         default=None,
         help="Also report the power of each netlist element.",
@@ -127,8 +129,16 @@ def run(
         beside["prediction"] = prediction_of(
             scene, answer.mean_power, options["seed"], prior, known, points
         )
-    about = (
-        options["seed"],
-        *(beside.get(name) for name in ("extremes", "sensitivity", "prediction")),
+    output.show(
+        answer,
+        (),
+        lambda report: report.of_run(
+            scene,
+            answer,
+            options["seed"],
+            largest=beside.get("extremes"),
+            sensitivity=beside.get("sensitivity"),
+            prediction=beside.get("prediction"),
+        ),
+        beside=beside,
     )
-    output.show(answer, (), lambda report: report.of_run(scene, answer, *about), beside=beside)

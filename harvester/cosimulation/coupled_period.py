@@ -105,23 +105,20 @@ class _Path:
         check_one_mode(device.eqs)
         at = np.arange(round(self.phase * self.size), round(self.phase * self.size) + n_steps + 1)
         voltage, stored = (section.nodes["p"], 0.0) if section.nodes else section.across
-        start = section.x, section.v, voltage / s.volts, stored / s.volts
-        grid = (device.h, stride or n_steps)
-        covered = (since - 0.5) * device.h
         shaking = self.shaking[at % self.size]
-        smooth = device.eqs.stop_stiffness is None
-        given = (
+        drive = Drive(
+            device.eqs,
             s.volts,
             s.frequency,
-            np.zeros(n_steps),
-            *grid,
-            start,
-            not device.load.linear,
-            covered,
-            shaking,
-            smooth,
+            noise=np.zeros(n_steps),
+            h=device.h,
+            stride=stride or n_steps,
+            start=(section.x, section.v, voltage / s.volts, stored / s.volts),
+            free=not device.load.linear,
+            since=(since - 0.5) * device.h,
+            shaking=shaking,
+            smooth=device.eqs.stop_stiffness is None,
         )
-        drive = Drive(device.eqs, *given)
         drive.earlier = earlier
         try:
             run_in_this_process(device, drive, self.deadline, section.nodes)
@@ -161,8 +158,17 @@ class _Path:
         stored = self.farads * s.volts**2 * s.frequency / (turns * self.size * self.device.h)
         swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * (len(slow) - 2))
         groups = np.array([0, 0] + [1] * (len(slow) - 2))
-        known_of_it = known, stored, stale, swing, periods_to_settle(self.device.eqs, turns)
-        return Settling(turn, slow, groups, flat(section, s.volts), *known_of_it)
+        return Settling(
+            turn,
+            slow,
+            groups,
+            state=flat(section, s.volts),
+            known=known,
+            stored=stored,
+            stale=stale,
+            swing=swing,
+            slowest=periods_to_settle(self.device.eqs, turns),
+        )
 
     def _slow_parts(self, names: list[str]) -> Floats:
         """The memory of circuit and mass, shape (n, 2 + nodes): x, x', V, and the voltage of Csmooth last.
@@ -250,10 +256,21 @@ class _Path:
         probed = means_of_probes(self.device.probes, drive) if self.device.probes else None
         wave = drive.kicked[-turns * self.size :, [0, 2]]
         quiet = quiet_kick(np.diff(wave[:, 0], append=wave[0, 0]))[1] / self.size
-        there = section, self.phase, turns, settled.secants(WORTH), self.farads, quiet
-        periods = self.mass_steps / self.size
         return PeriodicResponse(
-            *there, power, square, ledger, left, periods, self.steps, wave, probed
+            section,
+            self.phase,
+            turns,
+            secants=settled.secants(WORTH),
+            farads=self.farads,
+            quiet=quiet,
+            power=power,
+            square=square,
+            ledger=ledger,
+            left=left,
+            periods=self.mass_steps / self.size,
+            steps=self.steps,
+            wave=wave,
+            probed=probed,
         )
 
     def returns(self, settled: Settling, names: list[str], turns: int) -> bool:

@@ -204,7 +204,6 @@ def _deck(job: ModelJob, drive: ModelDrive) -> Any:
     """The circuit of a job."""
     from harvester.cosimulation.ngspice.deck import build_deck, coil_deck
 
-    times = (job.h, drive.duration)
     (tolerance, volts) = job.tolerances
     vectors = vectors_of(job.probes)
     if isinstance(job.port, Coil):
@@ -212,14 +211,22 @@ def _deck(job: ModelJob, drive: ModelDrive) -> Any:
             job.load,
             job.port.resistance,
             inductance=job.port.inductance,
-            times=times,
+            times=(job.h, drive.duration),
             volts=volts,
             reltol=tolerance,
             probes=vectors,
         )
     s: Any = drive.state[0]
-    begin = float(s.volts * s.driven), 0.0, 0.0
-    return build_deck(job.load, job.capacitance, *times, begin, volts, tolerance, probes=vectors)
+    return build_deck(
+        job.load,
+        job.capacitance,
+        step=job.h,
+        duration=drive.duration,
+        start=(float(s.volts * s.driven), 0.0, 0.0),
+        volts=volts,
+        reltol=tolerance,
+        probes=vectors,
+    )
 
 
 def _compiled(job: ModelJob) -> tuple[int, int]:

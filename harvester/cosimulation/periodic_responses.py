@@ -74,7 +74,9 @@ def later_half(runs: Sequence[Known]) -> Known | None:
     The first half is the way from rest.  A response that settles is near its end in the second; one
     that never does, such as a chip's that switches on and off, has both in it.
     """
-    half, covered, sums = sum(seconds for *_, seconds in runs) / 2.0, 0.0, [0.0, 0.0]
+    half = sum(seconds for *_, seconds in runs) / 2.0
+    covered = 0.0
+    sums = [0.0, 0.0]
     for power, square, seconds in reversed(runs):
         if covered >= half:
             break

@@ -13,6 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from itertools import starmap
 from typing import Any, TypeVar
 
 import loky
@@ -23,7 +24,6 @@ from harvester.machine.cores import cores
 
 T = TypeVar("T")
 
-BARE = "ngspice", ".spiceinit"  # a folder, and the file of commands there
 IDLE = 60.0  # seconds after which a process without a job ends
 idle_workers = processes.idle_processes()
 workers_ahead: deque[tuple[loky.ProcessPoolExecutor, list[Future[Any]]]] = deque()
@@ -51,7 +51,7 @@ def ngspice_here() -> Iterator[Here]:
     """
     from harvester.cosimulation.ngspice.instance import ngspice
 
-    with folders.at_home(folders.bare(*BARE)):  # where it looks for commands as it loads
+    with folders.at_home(_home()):  # where it looks for commands as it loads
         ngspice()
     here = Here()
     token = _here.set(here)
@@ -114,7 +114,10 @@ def ahead(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Iterator[Future
         yield None
         return
     process = _new()
-    futures = [processes.submit_to_one(deque([process]), _new, *job)[0] for job in jobs]
+    futures = [
+        processes.submit_to_one(deque([process]), _new, function, arguments)[0]
+        for function, arguments in jobs
+    ]
     workers_ahead.append((process, futures))
     try:
         yield futures[0]
@@ -149,19 +152,22 @@ def _in_this_process(
     function: Callable[..., T], arguments: Sequence[tuple[Any, ...]], here: Here
 ) -> Iterator[T]:
     """The results of `map_in_workers`, one after the other."""
-    for given in arguments:
-        try:
-            result = function(*given)
-        except CircuitError:
-            here.trusted = False
-            raise
-        yield result
+    try:
+        yield from starmap(function, arguments)
+    except CircuitError:
+        here.trusted = False
+        raise
 
 
 def _new() -> loky.ProcessPoolExecutor:
     """A new process, if ngspice finds an empty file of commands for its start, and looks for no other."""
     kernels = folders.cache_folder() or os.devnull  # which no folder can be in: no cache
-    return processes.create(IDLE, {folders.VARIABLE: str(kernels)}, folders.bare(*BARE))
+    return processes.create(IDLE, {folders.VARIABLE: str(kernels)}, _home())
+
+
+def _home() -> str:
+    """A folder in which ngspice finds an empty file of commands for its start, and nothing else."""
+    return folders.bare("ngspice", ".spiceinit")
 
 
 def _free_or_kill(process: loky.ProcessPoolExecutor, error: BaseException | None) -> None:

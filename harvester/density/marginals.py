@@ -18,6 +18,11 @@ from harvester.density.weak_form import WeakForm
 WIDEST = 12.0  # root mean squares of the voltage: where its moments end
 
 
+def _next_mode(x: Floats, k: int, before: Floats, now: Floats) -> Floats:
+    """The normalised Hermite polynomial k + 1 at x, times any weight, from those of k - 1 and k."""
+    return np.asarray((x * now - np.sqrt(k) * before) / np.sqrt(k + 1.0))
+
+
 class Marginals:
     """The marginals of a density p on a form for one or two quantities; 0 outside of its box."""
 
@@ -65,16 +70,19 @@ class Marginals:
         grid = np.linspace(-WIDEST, WIDEST, 200 * int(WIDEST) + 1)
         modal = self._x.weights.ravel() @ self._in_voltage(grid * spread)
         scaled = voltage / spread
-        (seen, seen_before) = [
-            np.exp(-0.5 * scaled**2) / np.sqrt(2.0 * np.pi),
-            np.zeros_like(scaled),
-        ]
-        (made, made_before) = [np.ones_like(grid), np.zeros_like(grid)]
+        seen_before = np.zeros_like(scaled)
+        seen = np.exp(-0.5 * scaled**2) / np.sqrt(2.0 * np.pi)
+        made_before = np.zeros_like(grid)
+        made = np.ones_like(grid)
         total: Floats = np.zeros_like(scaled)
         for k in range(terms or self.form.modes):
             total += float(modal @ made) * (grid[1] - grid[0]) * seen
-            seen, seen_before = (scaled * seen - np.sqrt(k) * seen_before) / np.sqrt(k + 1.0), seen
-            made, made_before = (grid * made - np.sqrt(k) * made_before) / np.sqrt(k + 1.0), made
+            later = _next_mode(scaled, k, seen_before, seen)
+            seen_before = seen
+            seen = later
+            later = _next_mode(grid, k, made_before, made)
+            made_before = made
+            made = later
         return total
 
     def passages(self, level: float) -> float:
@@ -114,5 +122,7 @@ class Marginals:
         total = np.zeros_like(z)
         for k, mode in enumerate(self.p @ self._over_v):
             total += self._at(mode, x)[:, None] * now
-            before, now = now, (z * now - np.sqrt(k) * before) / np.sqrt(k + 1.0)
+            later = _next_mode(z, k, before, now)
+            before = now
+            now = later
         return total

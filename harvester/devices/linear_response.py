@@ -70,7 +70,7 @@ def stop_hits(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
     moments, peak = variances(eqs), amplitude(eqs)
     distance = gap * s.length
     if moments is not None and math.isfinite(moments[0]) and peak is None:
-        return _under_noise(eqs, s, *moments)
+        return _under_noise(eqs, s, x2=moments[0], v2=moments[1])
     if peak is not None and math.isfinite(peak):
         known = {"peak": peak * s.length, "distance": distance, "is_noisy": bool(eqs.n1)}
         return [note("stop_under_drive", "stop", **known)], {

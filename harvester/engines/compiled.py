@@ -174,7 +174,7 @@ class Compiled(Ensemble):
         return difference, "difference_measured" if difference else self.MODEL_NOTE
 
     def looked_into(self, answer: Estimate, problem: Problem, pair: "RichardsonPair") -> Estimate:
-        """The answer with the probes and elements that are asked for, along paths from settled states."""
+        """The answer with the probes and elements that are asked for, along trajectories from settled states."""
         from harvester.circuits.compiled_circuit import CompiledCircuit
         from harvester.engines.compiled_watch import sampled_paths, with_watched
 

@@ -3,14 +3,13 @@
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
 from harvester.engines.spice.probed_answer import PART, watch_of, with_probes
-from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.presentation.diagnostic import note
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, STEP
@@ -18,7 +17,7 @@ from harvester.uncertainty.control_variate import controlled
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuits.circuit_path import CircuitPath
+    from harvester.circuits.circuit_path import CircuitPath, TraceArguments
     from harvester.circuits.circuit_period import CircuitPeriod
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.richardson import RichardsonPair
@@ -27,8 +26,6 @@ PATHS, FEWEST = 64, 8  # how many, and how many weigh a control variate
 OF_ELEMENTS = 16  # paths that tell the powers of elements
 AVERAGED = 128.0  # nondimensional time of each
 UNKNOWN = f"{STEP} and {COMPILED_CIRCUIT}"
-# Equations, noise, step, stride, y and y' of all modes, the circuit's state, shaking of a path.
-Given: TypeAlias = tuple[Equations, Floats, float, int, Floats, Floats, Floats | None]
 
 
 def sampled_paths(
@@ -46,18 +43,26 @@ def sampled_paths(
     (_, starts) = settled_starts(pair, circuit.memory, AVERAGED, seed)
     for root, start in zip(np.random.SeedSequence([seed, 6]).spawn(PATHS), starts, strict=False):
         shaking = forcing(eqs, h, n_steps, np.random.default_rng(child(root, 1)))
-        given = eqs, three_point_grid(root, n_steps), h, 1, *circuit.begun(eqs, start), shaking
+        motion, state = circuit.begun(eqs, start)
+        given: TraceArguments = {
+            "eqs": eqs,
+            "noise": three_point_grid(root, n_steps),
+            "h": h,
+            "stride": 1,
+            "start": motion,
+            "state": state,
+            "shaking": shaking,
+            "kicked": False,
+        }
         paths.append(_traced(circuit, given, ledger and len(paths) < OF_ELEMENTS))
     return paths
 
 
-def _traced(
-    circuit: "CompiledCircuit", given: "Given", log: bool, kicked: bool = False
-) -> "CircuitPath":
+def _traced(circuit: "CompiledCircuit", given: "TraceArguments", log: bool) -> "CircuitPath":
     """The path of the arguments ``given`` that keeps its states, and its own steps if a ``log`` is asked for."""
-    path = circuit.trace(*given, kicked=kicked, keep=True)
+    path = circuit.trace(**given, keep=True)
     return (
-        dataclasses.replace(circuit.with_own_steps(path, given, kicked), states=path.states)
+        dataclasses.replace(circuit.with_own_steps(path, given), states=path.states)
         if log
         else path
     )
@@ -69,17 +74,17 @@ def period_paths(
     """The path of a periodic response, once around; a ``ledger`` asks for own steps."""
     path = response.path
     assert path.shaking is not None, "the drive is steady"
-    still = np.zeros(len(path.shaking) - 1)
-    given = (
-        problem.equations,
-        still,
-        path.h,
-        1,
-        response.coordinates,
-        response.state,
-        path.shaking,
-    )
-    return [_traced(circuit, given, ledger, kicked=True)]
+    given: TraceArguments = {
+        "eqs": problem.equations,
+        "noise": np.zeros(len(path.shaking) - 1),
+        "h": path.h,
+        "stride": 1,
+        "start": response.coordinates,
+        "state": response.state,
+        "shaking": path.shaking,
+        "kicked": True,
+    }
+    return [_traced(circuit, given, ledger)]
 
 
 def with_watched(

@@ -22,31 +22,31 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
     """The RMS of x about its mean and the largest |x| and |V|, with their time-step error, in the scene's units.
 
     The path continues from one of the trajectories, at their step, a half and a quarter of it.
-    Nothing is given if something random shakes the mass, it has several modes, the circuit is
-    compiled, or the path does not come to the mean of all trajectories: they have several
-    responses, or none that comes back.
+    Nothing is given if something random shakes the mass, the circuit is compiled, or the path does
+    not come to the mean of all trajectories: they have several responses, or none that comes back.
     """
     from harvester.mechanics.ensemble.coexisting_responses import sections
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
+    from harvester.mechanics.kernels.trajectory_batch import BATCH
     from harvester.mechanics.largest_swing import peak
     from harvester.mechanics.periodic import MULTIPLES
-    from harvester.mechanics.trace import trace
+    from harvester.mechanics.trace import mechanics_of, trace
 
     eqs = problem.equations
     units = problem.units
     trajectories = pair.trajectories
     circuit = model.circuit
-    if (
-        eqs.drive is None
-        or eqs.is_random
-        or eqs.modes is not None
-        or not isinstance(circuit, IdealCircuit | None)
-    ):
+    if eqs.drive is None or eqs.is_random or not isinstance(circuit, IdealCircuit | None):
         return {}
     period = eqs.shaking_period or 1.0
-    middle = np.argsort(pair.moments.V2)[trajectories.count // 2]
+    middle = int(np.argsort(pair.moments.V2)[trajectories.count // 2])
     *start, phase = map(float, sections(trajectories)[:, middle])
+    if eqs.modes is not None:
+        block, lane = divmod(middle, BATCH)
+        state = trajectories.state[block, :, lane]
+        second = len(state) - 2 * (eqs.modes.count - 1)  # the row of y_2, below the circuit's
+        start = [*map(float, state[mechanics_of(eqs).order(second)]), start[-1]]
     size = round(period / trajectories.h)
     periods = math.ceil(pair.burn_in / period) + 2 * MULTIPLES
     if 4 * size * periods > MOST_STEPS:

@@ -235,16 +235,21 @@ class Ensemble(MonteCarloOptions, Engine):
             .scaled(factor)
             for name, factor in (("V2", 1.0), (setup.model.name, setup.model.factor))
         )
-        samples = (
-            sampler.pair.entries("V2"),
-            sampler.pair.entries(setup.model.name) * setup.model.factor,
-        )
         details = sampler.details()
         steps = sampler.pair.steps
         seconds = time.perf_counter() - setup.begin
         diagnostics.append(sampler.open_balance(details))
         answer = estimate(
-            self.NAME, problem, v2, power, diagnostics, seconds, steps, details, *samples
+            self.NAME,
+            problem,
+            v2,
+            power,
+            diagnostics,
+            seconds,
+            steps=steps,
+            details=details,
+            samples=sampler.pair.entries("V2"),
+            power_samples=sampler.pair.entries(setup.model.name) * setup.model.factor,
         )
         return self.looked_into(
             dataclasses.replace(answer, responses=responses), problem, sampler.pair

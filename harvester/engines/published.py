@@ -15,7 +15,7 @@ from harvester.uncertainty.value import Value
 
 
 class Published(Formula):
-    """The paper's stochastic averaging, misprints corrected: E[V^2] of Eq. 30 and E[P] = beta mu E[V^2] of Eq. 31.
+    """Stochastic averaging of the Entropy 2026 paper, corrected: E[V^2] of Eq. 30, E[P] of Eq. 31.
 
     Examples
     --------

@@ -161,11 +161,11 @@ def effects(physical: bool) -> tuple[EffectCard, ...]:
     cards = {"nondimensional": "oscillator", "opposite_stop": "stop"}
     named = {f"{key.table}.{key.name}": key for key in others}
     rest = [
-        (cards.get(key.table, key.table), key.meaning, (name,))
+        EffectCard(cards.get(key.table, key.table), key.meaning, (name,))
         for name, key in named.items()
         if name not in known
     ]
-    return listed + tuple(EffectCard(*fields) for fields in rest)
+    return (*listed, *rest)
 
 
 def present(effect: EffectCard, on: set[EffectCard]) -> bool:

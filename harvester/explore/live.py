@@ -119,7 +119,9 @@ def live(
         if name in snapshot.here or name in snapshot.refused:
             continue
         values = grid(slide, _count(engine, problem, fine, first)) if curves is None else None
-        if not _add(snapshot, name, base, key_of_base, values, slide, overtaken):
+        if not _add(
+            snapshot, name, base, key_of_base, values=values, slide=slide, overtaken=overtaken
+        ):
             return None
         if first and snapshot.here:
             return snapshot

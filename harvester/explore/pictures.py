@@ -291,15 +291,16 @@ class PathPlots:
     def __init__(self) -> None:
         self.orbit = _plain(name="orbit", height=300, x_range=(-1.0, 1.0), y_range=(-1.0, 1.0))
         self.voltage = _plain(name="voltage", height=300, x_range=(0.0, 1.0), y_range=(-1.0, 1.0))
-        lines = (self.orbit, "xv", "spice", 1.1), (self.voltage, "tV", "averaged", 1.4)
+        lines = (self.orbit, "x", "v", "spice", 1.1), (self.voltage, "t", "V", "averaged", 1.4)
         self.orbit_line, self.voltage_line = (
             plot.line(
-                *axes,
-                source=_nothing(plot.name, axes),
+                x,
+                y,
+                source=_nothing(plot.name, x + y),
                 color=look_of(like).colour,
                 line_width=width,
             )
-            for plot, axes, like, width in lines
+            for plot, x, y, like, width in lines
         )
         self.stops = [
             Span(dimension="height", line_color=_INK, line_width=3, visible=False) for _ in range(2)

@@ -96,7 +96,7 @@ def _histogram(here: Any, values: Floats, factor: float) -> None:
 
 def _plane(here: Any, density: Floats, *axes: tuple[str, str, Any]) -> None:
     """Draw the density of two quantities as colours."""
-    of_x, of_y = (scale(*axis) for axis in axes)
+    of_x, of_y = (scale(name, unit, values) for name, unit, values in axes)
     x, y = axes[0][2] / of_x.factor, axes[1][2] / of_y.factor
     here.pcolormesh(
         x, y, np.maximum(density, 0.0).T, cmap="viridis", rasterized=True, shading="nearest"

@@ -64,5 +64,5 @@ def identification(result: IdentificationResult, title: str | None) -> Plot:
             for row in (0, 1):
                 grid[2 * (spare // across) + row][spare % across].set_axis_off()
         entitle(figure, title, "Do the fitted parameters explain the measurements?")
-        legend(figure, "If the residuals show only noise, the model fits.")
+        legend(figure, beside="If the residuals show only noise, the model fits.")
     return figure

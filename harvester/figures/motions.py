@@ -104,7 +104,7 @@ def motion(path: Motion, title: str | None) -> Plot:
         rest = "." if drawn.from_rest else ", used for the densities."
         legend(
             figure,
-            f"Phase plane: the end of the path, and in grey the last three quarters of it{rest}",
+            beside=f"Phase plane: the end of the path, and in grey the last three quarters of it{rest}",
         )
     return figure
 

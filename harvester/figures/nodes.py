@@ -1,4 +1,4 @@
-"""The figures of a sensor's supply: the voltage of a node's store, and the circuits that a design chose from."""
+"""The figures of a sensor's supply: the storage voltage of a node, and the circuits that a design chose from."""
 
 from harvester.figures.quantities import Scale, amount, scale
 from harvester.figures.style import INK, WIDTH, entitle, legend, new
@@ -13,8 +13,8 @@ _FAILS = "0.85"
 
 
 def node(answer: NodeResult, title: str | None) -> Plot:
-    """Draw the store's voltage over time."""
-    volt = scale("voltage of the store", "V", [*answer.voltage, *answer.thresholds])
+    """Draw the storage voltage over time."""
+    volt = scale("storage voltage", "V", [*answer.voltage, *answer.thresholds])
     in_hours = answer.t[-1] > 2.0 * HOUR
     time = Scale(HOUR, "time (h)") if in_hours else scale("time", "s", answer.t)
     with styled():
@@ -25,7 +25,7 @@ def node(answer: NodeResult, title: str | None) -> Plot:
             answer.voltage / volt.factor,
             color=_CHOSEN,
             linewidth=0.8,
-            label="store",
+            label="storage",
         )
         names = ("the node begins", "the node stops")
         for level, name, color in zip(
@@ -45,7 +45,7 @@ def node(answer: NodeResult, title: str | None) -> Plot:
         panel.set_ylabel(volt.label)
         panel.set_xlim(0.0, answer.t[-1] / time.factor)
         panel.set_ylim(0.0, None)
-        entitle(figure, title, "When does the node run from its store?")
+        entitle(figure, title, "When does the node run from its storage?")
         legend(figure)
     return figure
 

@@ -41,7 +41,7 @@ _NAMES = {
     "stop.restitution": "restitution coefficient r",
     "piezo.coupling": "electromechanical coupling",
     "piezo.capacitance": "clamped capacitance",
-    "excitation.acceleration_psd": "density of the base acceleration",
+    "excitation.acceleration_psd": "PSD of the base acceleration",
     "excitation.acceleration_amplitude": "amplitude of the base acceleration",
     "excitation.frequency": "drive frequency",
     "nondimensional.drive_frequency": "drive frequency Ω",

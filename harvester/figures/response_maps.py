@@ -36,8 +36,11 @@ def response_map(answers: Sequence[FrequencyResponse], title: str | None, per_g:
     (key,) = answers[0].varied
     at, powers = _common(answers, per_g)
     units = answers[0].unit_names
-    name = ("mean power per g²", "W/g^2") if per_g else ("mean power", units.power)
-    power = scale(*name, [*powers.values()])
+    power = scale(
+        "mean power per g²" if per_g else "mean power",
+        "W/g^2" if per_g else units.power,
+        [*powers.values()],
+    )
     hertz = scale(
         "drive frequency" if units.frequency else "drive frequency Ω", units.frequency, at
     )

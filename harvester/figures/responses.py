@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,39 @@ _LETTERS = 25  # of a label beside a panel
 _SEEN = 0.01  # of the largest value: a shorter error bar is hidden by a marker
 _ALIKE = 0.003  # of the largest value: closer curves are one line
 _FEW, _MANY = 200, 40  # points of a curve whose points are marked, and of one whose marks are small
-Curve = tuple[FrequencyResponse, str, dict[str, Any]]  # a response, its direction, and the look
+
+
+@dataclass(frozen=True)
+class DirectedResponse:
+    """A response in one direction, and its look."""
+
+    answer: FrequencyResponse
+    direction: str
+    look: dict[str, Any]
+
+    @property
+    def points(self) -> Sequence[ResponsePoint]:
+        """The points of that direction."""
+        return self.answer.sweep(self.direction)
+
+
+@dataclass(frozen=True)
+class SizePanel:
+    """A quantity with a panel of its own, divided by the ``power`` of the base's amplitude in g."""
+
+    name: str
+    words: str
+    unit: str
+    power: int
+
+    @property
+    def divided(self) -> tuple[str, str]:
+        """Its words and its unit as the panel has them."""
+        if self.power == 0:
+            return self.words, self.unit
+        if self.power == 1:
+            return f"{self.words} per g", f"{self.unit}/g"
+        return f"{self.words} per g²", f"{self.unit}/g^2"
 
 
 def response(
@@ -50,7 +83,7 @@ def response(
 ) -> Plot:
     """Draw power, RMS voltage, RMS displacement and phases, with a bar for each half-power bandwidth of one response.
 
-    Up and down are one curve if they cannot can be distinguished.  Several responses differ in
+    Up and down are one curve if they cannot be distinguished.  Several responses differ in
     colour; for many values of one key the power is drawn as a map (`response_maps`).  ``per_g``:
     power over the square of the base's amplitude in g, voltage and displacement over it.
     """
@@ -61,22 +94,20 @@ def response(
 
 def _response_curves(answers: Sequence[FrequencyResponse], title: str | None, per_g: bool) -> Plot:
     """Draw a curve over the frequency for each response and direction."""
-    curves = [curve for answer in answers for curve in _curves(answer, answers)]
+    curves = [one_curve for answer in answers for one_curve in _curves(answer, answers)]
     units = answers[0].unit_names
-    points = [p for a, d, _ in curves for p in a.sweep(d)]
+    points = [p for one_curve in curves for p in one_curve.points]
     frequency = "drive frequency" if units.frequency else "drive frequency Ω"
     hertz = scale(frequency, units.frequency, [p.frequency for p in points])
-    sizes = _quantities(points, units, per_g)
+    sizes = _size_panels(points, units, per_g)
     turned = any(p.voltage_phase is not None for p in points)
     panels = len(sizes) + turned
     with styled():
         rows, columns = (2, 2) if panels > 2 else (2, 1)
         figure, axes = new(rows, columns, (WIDTH, 5.4), sharex=True, squeeze=False)
         all_panels = list(axes.flat)
-        for panel, (name, words, unit, power) in zip(all_panels, sizes, strict=False):
-            _sizes(
-                panel, curves, name=name, words=words, unit=unit, hertz=hertz.factor, per_g=power
-            )
+        for panel, size in zip(all_panels, sizes, strict=False):
+            _draw_size(panel, curves, size, hertz.factor)
         alone = curves if len(answers) == 1 and not per_g else []
         _bandwidths(all_panels[0], alone, hertz.factor)
         if turned:
@@ -84,20 +115,22 @@ def _response_curves(answers: Sequence[FrequencyResponse], title: str | None, pe
         _close(all_panels, panels, columns, broken(hertz.label, 30))
         entitle(figure, title, "Mean power against the drive frequency")
         legend(figure, _note(curves, len(answers)))
-        write_labels(all_panels[0], [_peak(a, d, look, hertz.factor) for a, d, look in alone])
+        write_labels(all_panels[0], [_peak(one_curve, hertz.factor) for one_curve in alone])
     return figure
 
 
-def _quantities(
+def _size_panels(
     points: Sequence[ResponsePoint], units: AnswerUnits, per_g: bool
-) -> list[tuple[str, str, str, int]]:
-    """A quantity with a panel of its own: its name, words and unit, and the power of the level in its divisor."""
+) -> list[SizePanel]:
+    """The quantities that have a panel: the displacement if any point knows it."""
     sizes = [
-        ("mean_power", "mean power", units.power, 2 * per_g),
-        ("voltage_rms", "RMS voltage", units.voltage, +per_g),
+        SizePanel("mean_power", "mean power", units.power, 2 if per_g else 0),
+        SizePanel("voltage_rms", "RMS voltage", units.voltage, 1 if per_g else 0),
     ]
     if any(p.displacement_rms is not None for p in points):
-        sizes.append(("displacement_rms", "RMS displacement", units.length, +per_g))
+        sizes.append(
+            SizePanel("displacement_rms", "RMS displacement", units.length, 1 if per_g else 0)
+        )
     return sizes
 
 
@@ -110,7 +143,9 @@ def _close(all_panels: Sequence[Any], panels: int, columns: int, label: str) -> 
         panel.tick_params(labelbottom=True)
 
 
-def _curves(answer: FrequencyResponse, answers: Sequence[FrequencyResponse]) -> list[Curve]:
+def _curves(
+    answer: FrequencyResponse, answers: Sequence[FrequencyResponse]
+) -> list[DirectedResponse]:
     """The curves of one of several responses: one if its directions are alike, with their looks."""
     values = list(dict.fromkeys(_values(a) for a in answers))
     if (number := values.index(_values(answer))) >= MOST_CURVES:
@@ -120,7 +155,7 @@ def _curves(answer: FrequencyResponse, answers: Sequence[FrequencyResponse]) -> 
         _alike(answer, name) for name in ("mean_power", "voltage_rms")
     )
     engines = list(dict.fromkeys(a.engine for a in answers))
-    curves = []
+    curves = list[DirectedResponse]()
     for direction in directions[:1] if alike else directions:
         look = dict(_LOOKS[direction]) | {"label": _WORDS[direction]}
         if alike:
@@ -130,7 +165,7 @@ def _curves(answer: FrequencyResponse, answers: Sequence[FrequencyResponse]) -> 
             look |= _among_others(answer.engine, values, number, len(engines) > 1, way)
         points = len(answer.sweep(direction))
         look["markersize"] = 0 if points >= _FEW else 3 if points < _MANY else 2
-        curves.append((answer, direction, look))
+        curves.append(DirectedResponse(answer, direction, look))
     return curves
 
 
@@ -155,22 +190,20 @@ def _values(answer: FrequencyResponse) -> str:
     return values_in_words(answer.varied.items())
 
 
-def _sizes(
-    axes: Axes, curves: Sequence[Curve], name: str, words: str, unit: str, hertz: float, per_g: int
+def _draw_size(
+    axes: Axes, curves: Sequence[DirectedResponse], size: SizePanel, hertz: float
 ) -> None:
-    """Draw one quantity of all curves, over the level to the power of ``per_g``."""
-    if per_g:
-        words, unit = (
-            f"{words} per g{'²' if per_g == 2 else ''}",
-            f"{unit}/g{'^2' if per_g == 2 else ''}",
-        )
+    """Draw one quantity of all curves, each over its level to the panel's power."""
     drawn = []
-    for answer, direction, look in curves:
-        values = [(p.frequency, getattr(p, name)) for p in answer.sweep(direction)]
-        known = [(f, v) for f, v in values if v is not None]
-        over = (answer.level or 1.0) ** per_g
-        f, y, error = (np.array([part(f, v) for f, v in known]) for part in _PARTS)
-        drawn.append((f, y / over, error / over, look))
+    for one_curve in curves:
+        known = [p for p in one_curve.points if getattr(p, size.name) is not None]
+        values: list[Value] = [getattr(p, size.name) for p in known]
+        over = (one_curve.answer.level or 1.0) ** size.power
+        f = np.array([p.frequency for p in known])
+        y = np.array([v.value for v in values]) / over
+        error = np.array([v.known_error95 for v in values]) / over
+        drawn.append((f, y, error, one_curve.look))
+    words, unit = size.divided
     y_scale = scale(words, unit, np.concatenate([y for _, y, _, _ in drawn]))
     for f, y, error, look in drawn:
         curve(axes, f / hertz, y / y_scale.factor, error / y_scale.factor, look)
@@ -178,17 +211,13 @@ def _sizes(
     axes.set_ylim(0.0, None)
 
 
-_PARTS: Any = (lambda f, v: f, lambda f, v: v.value, lambda f, v: v.known_error95)
-
-
-def _phases(axes: Axes, curves: Sequence[Curve], hertz: float, physical: bool) -> None:
+def _phases(axes: Axes, curves: Sequence[DirectedResponse], hertz: float, physical: bool) -> None:
     """Draw the voltage's phase."""
     known = [0.0]
-    for answer, direction, look in curves:
-        points = answer.sweep(direction)
-        f = np.array([p.frequency for p in points]) / hertz
-        phases = _unwrapped([p.voltage_phase for p in points])
-        axes.plot(f, phases, **look | {"label": "_"})
+    for one_curve in curves:
+        f = np.array([p.frequency for p in one_curve.points]) / hertz
+        phases = _unwrapped([p.voltage_phase for p in one_curve.points])
+        axes.plot(f, phases, **one_curve.look | {"label": "_"})
         known += phases[np.isfinite(phases)].tolist()
     low, high = 90.0 * math.floor(min(known) / 90.0), 90.0 * math.ceil(max(known) / 90.0)
     axes.set_ylim(low - 5.0, high + 5.0)
@@ -204,17 +233,20 @@ def _unwrapped(phases: Sequence[float | None]) -> Floats:
     return y
 
 
-def _bandwidths(top: Axes, curves: Sequence[Curve], hertz: float) -> None:
+def _bandwidths(top: Axes, curves: Sequence[DirectedResponse], hertz: float) -> None:
     """Draw each half-power bandwidth that is within its sweep as a wide pale bar at half the largest power."""
     label = "half-power bandwidth"
-    for answer, direction, look in curves:
-        if (edges := answer.edges(direction)) is None:
+    for one_curve in curves:
+        answer = one_curve.answer
+        edges = answer.edges(one_curve.direction)
+        if edges is None:
             continue
-        half = 0.5 * answer.peak(direction).mean_power.value / _power_scale(answer)
+        largest = answer.peak(one_curve.direction).mean_power.value
+        half = 0.5 * largest / _power_scale(answer)
         bar: dict[str, Any] = {
             "linewidth": 3.5,
             "alpha": 0.5,
-            "color": look["color"],
+            "color": one_curve.look["color"],
             "solid_capstyle": "butt",
         }
         top.plot([edge / hertz for edge in edges], [half, half], **bar, label=label)
@@ -227,13 +259,16 @@ def _power_scale(answer: FrequencyResponse) -> float:
     return scale("", answer.unit_names.power, powers).factor
 
 
-def _peak(answer: FrequencyResponse, direction: str, look: dict[str, Any], hertz: float) -> Label:
+def _peak(one_curve: DirectedResponse, hertz: float) -> Label:
     """The label of the largest power: how much, and at which frequency."""
-    peak = answer.peak(direction)
-    of = answer.unit_names
-    text = f"{amount(float(f'{peak.mean_power.value:.3g}'), of.power)}\nat {amount(peak.frequency, of.frequency)}"
-    at = np.array([[peak.frequency / hertz, peak.mean_power.value / _power_scale(answer)]])
-    return Label(text, look["color"], at)
+    answer = one_curve.answer
+    units = answer.unit_names
+    peak = answer.peak(one_curve.direction)
+    power = peak.mean_power.value
+    rounded = float(f"{power:.3g}")
+    text = f"{amount(rounded, units.power)}\nat {amount(peak.frequency, units.frequency)}"
+    at = np.array([[peak.frequency / hertz, power / _power_scale(answer)]])
+    return Label(text, one_curve.look["color"], at)
 
 
 def _alike(answer: FrequencyResponse, name: str) -> bool:
@@ -244,12 +279,12 @@ def _alike(answer: FrequencyResponse, name: str) -> bool:
     )
 
 
-def _note(curves: Sequence[Curve], several: int) -> str:
+def _note(curves: Sequence[DirectedResponse], several: int) -> str:
     """The meaning of the error bars; their size if they are too small to be seen; which curves are not drawn."""
-    everything: list[Value] = [p.mean_power for a, d, _ in curves for p in a.sweep(d)]
-    error = max(v.known_error95 for v in everything)
-    largest = max(abs(v.value) for v in everything)
-    shown = len({id(a) for a, _, _ in curves})
+    powers: list[Value] = [p.mean_power for one_curve in curves for p in one_curve.points]
+    error = max(v.known_error95 for v in powers)
+    largest = max(abs(v.value) for v in powers)
+    shown = len({id(one_curve.answer) for one_curve in curves})
     left = f" The first {shown} of {several} responses." if shown < several else ""
     if error == 0.0:
         return left.strip()
@@ -261,5 +296,5 @@ def _note(curves: Sequence[Curve], several: int) -> str:
             else "below 0.001 % of the largest power"
         )
         return f"Errors (95 % sampling and step) are {size}: too small to be seen.{left}"
-    points = max(len(a.sweep(d)) for a, d, _ in curves)
+    points = max(len(one_curve.points) for one_curve in curves)
     return f"{'Bars' if points <= MOST_BARS else 'Bands'}: 95 % sampling and step.{left}"

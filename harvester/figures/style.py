@@ -28,6 +28,7 @@ LOOKS.setdefault(
 )
 INK = "0.15"  # what belongs to no engine
 _LINES = 3  # of a title
+_POINTS_SEARCHED = 2000  # of lines, for the place of a legend
 
 
 def new(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Plot, Any]:
@@ -84,14 +85,18 @@ def entitle(figure: Figure, device: str | None, question: str = "") -> None:
         figure.suptitle("\n".join([question] * bool(question) + lines))
 
 
-def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
-    """Add one legend under all axes, or inside the user's; ``note`` explains bars and bands."""
+def legend(figure: Figure, note: str = "", more: Iterable[Any] = (), beside: str = "") -> None:
+    """Add one legend under all axes, or inside the user's; ``note`` explains bars and bands.
+
+    The note ``beside`` is on panels other than the first, which the user's axes leave out.
+    """
     named: dict[str, Any] = {}
     given = GIVEN.get()
     for axes in figure.axes if given is None else [given.axes]:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             named.setdefault(label, handle)
     named |= {handle.get_label(): handle for handle in more}
+    note = note if given is not None else f"{note} {beside}".strip()
     if not named and not note:
         return
     longest = max((len(label) for label in named), default=1)
@@ -100,8 +105,7 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
     columns = math.ceil(len(named) / math.ceil(len(named) / columns)) if named else 1
     across = int(14.0 * figure.get_figwidth())
     if given is not None:
-        with styled():
-            given.axes.legend([*named.values()], [*named], title=textwrap.fill(note, across // 2))
+        _legend_inside(given.axes, named, note)
         return
     with styled():
         made = figure.legend(
@@ -112,6 +116,22 @@ def legend(figure: Figure, note: str = "", more: Iterable[Any] = ()) -> None:
             title=textwrap.fill(note, across),
         )
         made.get_title().set_multialignment("center")
+
+
+def _legend_inside(axes: Axes, named: dict[str, Any], note: str) -> None:
+    """Add a legend as wide as the axes at most, at the best place if the search is quick."""
+    across = max(12, int(14.0 * axes.bbox.width / axes.figure.dpi))
+    points = sum(np.size(line.get_xdata()) for line in axes.lines)
+    quick = not axes.collections and not axes.images and points <= _POINTS_SEARCHED
+    with styled():
+        axes.legend(
+            [*named.values()],
+            [textwrap.fill(label, max(8, across - 8)) for label in named],
+            title=textwrap.fill(note, across),
+            loc="best" if quick else "upper right",
+            frameon=True,
+            framealpha=0.85,
+        )
 
 
 def curve(

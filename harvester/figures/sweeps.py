@@ -61,7 +61,7 @@ def sweep(table: SweepTable, title: str | None) -> Plot:
                 _draw(top, engine, x, levels, look | ({"label": "_"} if len(shown) > 1 else {}))
                 _failed(top, x, levels.power, look["color"])
             if several:
-                _ratios(low, table, curves, reference, x_scale, (number, len(shown)))
+                _ratios(low, table, curves, reference, x_scale, number=number, groups=len(shown))
         top.set_ylabel(broken(y_scale.label, 44))
         if len(known) and 0.0 < 5.0 * known.min() < known.max() < 1e9 * known.min():
             logarithm(top.yaxis)
@@ -74,6 +74,7 @@ def sweep(table: SweepTable, title: str | None) -> Plot:
             figure,
             _note(table, len(curves_of)),
             legend_lines(shown, engines, len(curve_axis.values)),
+            beside="A ratio has the errors of both engines." if several else "",
         )
     return figure
 
@@ -114,7 +115,8 @@ def _ratios(
     curves: dict[str, Rows],
     reference: str,
     x_scale: float,
-    position: tuple[int, int],
+    number: int,
+    groups: int,
 ) -> None:
     """Draw each engine's mean power over the reference's at the same point, with the errors of both.
 
@@ -129,7 +131,7 @@ def _ratios(
         here = [row for row in rows if at(row) in base]
         if not here:
             continue
-        look = style(engine, table, *position, len(here)) | {"label": "_"}
+        look = style(engine, table, number, groups, len(here)) | {"label": "_"}
         x = np.array([row.varied[table.along.key] for row in here]) / x_scale
         ratio = Levels.of(here, 1.0).over(Levels.of([base[at(row)] for row in here], 1.0))
         if engine != reference:
@@ -166,8 +168,7 @@ def _error_notes(table: SweepTable, groups: int) -> Iterator[str]:
     if any(power.stderr is not None for _, power in powers):
         points = Counter(engine for engine, _ in powers)
         what = "Bars" if max(points.values()) <= MOST_BARS * groups else "Bands"
-        both = ", for a ratio those of both engines" if len(table.engines) > 1 else ""
-        yield f"{what}: 95 % interval of sampling and time step{both}."
+        yield f"{what}: 95 % interval of sampling and time step."
     stated = _engines(
         powers, lambda p: p.stderr is None and p.known_error95 > VISIBLE * abs(p.value)
     )

@@ -15,7 +15,16 @@ DOUBTFUL = 0.05  # share of a ring-down's samples left out from which on they ar
 def residual_rms(best: DeviceFit) -> float:
     """The residual of the whole fit, over all points that are kept."""
     counts = np.array([kept.sum() for kept in best.kept])
-    parts = np.array([_relative(*pair) for pair in zip(best.channels, best.noise, strict=True)])
+    parts = np.array(
+        [
+            _relative(channel, noise)
+            for channel, noise in zip(best.channels, best.noise, strict=True)
+        ]
+    )
+    values = best.values()
+    for at, (channel, kept) in enumerate(zip(best.channels, best.kept, strict=True)):
+        if channel.given_noise is not None:
+            parts[at] = abs(float(channel.residuals(values, kept)[0]))
     return math.sqrt(float(counts @ parts**2) / max(float(counts.sum()), 1.0))
 
 
@@ -30,13 +39,17 @@ def misfits(best: DeviceFit) -> list[Diagnostic]:
     """Warnings if the device that was measured is not the one that was fitted."""
     warnings = list[Diagnostic]()
     values = best.values()
-    swept = [
-        pair for pair in zip(best.channels, best.noise, strict=True) if pair[0].name != "ring-down"
-    ]
-    rms = max((_relative(*pair) for pair in swept), default=0.0)  # that of a ring-down may be noise
+    swept = (  # the residual of a ring-down may be noise
+        _relative(channel, noise)
+        for channel, noise in zip(best.channels, best.noise, strict=True)
+        if channel.name != "ring-down" and channel.given_noise is None
+    )
+    rms = max(swept, default=0.0)
     if rms > STRANGE:
         warnings.append(warning("fit_is_off", percent=100.0 * rms))
     for channel, kept, noise in zip(best.channels, best.kept, best.noise, strict=True):
+        if channel.given_noise is not None:
+            continue
         off = channel.residuals(values, kept)[kept > 0.0]
         where = {"file": channel.source.name, "curve": channel.name}
         trend = pattern(

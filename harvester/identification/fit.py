@@ -17,7 +17,13 @@ import numpy as np
 from harvester.arrays import Complexes, Floats
 from harvester.errors import InputError
 from harvester.identification import bounce
-from harvester.identification.measurement import BaseResponse, Decay, Impedance, Measurement
+from harvester.identification.measurement import (
+    BaseResponse,
+    Decay,
+    Impedance,
+    Measurement,
+    StatedNumber,
+)
 from harvester.identification.misfit import without_outliers
 from harvester.identification.models import Device, base_response, decay, impedance
 
@@ -30,15 +36,19 @@ DEVICE = tuple(field.name for field in dataclasses.fields(Device))
 
 @dataclass(frozen=True)
 class Channel:
-    """Residuals of one quantity: ``values`` of the measurement, and of the model from the parameters by name."""
+    """Residuals of one quantity: ``values`` of the measurement, and of the model from the parameters by name.
 
-    source: Measurement
+    ``given_noise`` is the standard deviation of a single number, which its residual cannot determine.
+    """
+
+    source: Measurement | StatedNumber
     name: str
     x: Floats
     values: Floats
     model: Callable[[dict[str, float], Floats], Floats]
     turns: bool = False  # an angle, whose residual is within half a turn
     signless: bool = False  # an angle of a sensor with unknown sign
+    given_noise: float | None = None
 
     def residuals(self, values: dict[str, float], kept: Floats) -> Floats:
         """Measurement minus model at all points, shape (n,); ``kept`` is 0 if a point is left out."""
@@ -78,9 +88,11 @@ class DeviceFit:
         return int(sum((k == 0.0).sum() for k in self.kept))
 
     @property
-    def dof(self) -> int:
-        """Points minus parameters."""
-        return max(len(self.residual) - len(self.p), 1)
+    def dof(self) -> float:
+        """Points whose noise is estimated minus parameters; infinite if there are none."""
+        pairs = zip(self.channels, self.kept, strict=True)
+        estimated = sum(int((k > 0.0).sum()) for c, k in pairs if c.given_noise is None)
+        return max(estimated - len(self.p), 1) if estimated else math.inf
 
 
 def by_name(names: Sequence[str], p: Floats, fixed: dict[str, float]) -> dict[str, float]:
@@ -190,15 +202,13 @@ def fit(
     """
     from scipy.optimize import least_squares
 
-    points = sum(len(c.x) for c in several)
-    if points < 2 * len(names):
+    points = sum(len(c.x) for c in several if c.given_noise is None)
+    if points < 2 * len(names) and points:
         raise InputError(
             f"FILE must have at least {2 * len(names)} points for {len(names)} parameters, but has {points}"
         )
     kept: list[Floats] = [np.ones(len(c.x)) for c in several]
-    noise = [
-        max(0.1 * float(np.std(c.values)), 1e-30) if c.name == "ring-down" else 0.1 for c in several
-    ]
+    noise = [_first_noise(c) for c in several]
     best = _best_start(names, starts, fixed, few, noise)
     origin = best.copy()
 
@@ -227,6 +237,8 @@ def fit(
         values = by_name(names, best, fixed)
         share = math.sqrt(points / max(points - len(names), 1))
         for n, channel in enumerate(several):
+            if channel.given_noise is not None:
+                continue
             off = channel.residuals(values, kept[n])
             off = np.nan_to_num(off, nan=1e9)
             inner = off[kept[n] > 0.0]
@@ -249,6 +261,15 @@ def fit(
         jacobian=jacobian,
         residual=solution.fun[: -len(names)],
     )
+
+
+def _first_noise(channel: Channel) -> float:
+    """The noise of a channel to begin with."""
+    if channel.given_noise is not None:
+        return channel.given_noise
+    if channel.name == "ring-down":
+        return max(0.1 * float(np.std(channel.values)), 1e-30)
+    return 0.1
 
 
 def _best_start(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.errors import unknown
+from harvester.errors import InputError, unknown
 from harvester.identification.fit import Channel, DeviceFit
 from harvester.identification.measurement import Impedance
 from harvester.presentation import drawing
@@ -108,7 +108,11 @@ class IdentificationResult(TableResult):
         return fitted_curves(self.fit)
 
     def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
-        """The measurements and the fit as a matplotlib figure."""
+        """The measurements and the fit as a matplotlib figure; InputError without a curve."""
+        if not self.curves():
+            raise InputError(
+                "a figure needs the curve of a file, but there are single numbers alone"
+            )
         return drawing.draw(self, title, ax)
 
     def as_json(self) -> dict[str, object]:
@@ -191,11 +195,12 @@ class FittedCurve:
 
 
 def fitted_curves(fit: DeviceFit) -> list[FittedCurve]:
-    """The curves of all channels of a fit."""
+    """The curves of all channels of a fit; a single number is not a curve."""
     values = fit.values()
     return [
         _curve(channel, channel.residuals(values, kept), kept, noise)
         for channel, kept, noise in zip(fit.channels, fit.kept, fit.noise, strict=True)
+        if channel.given_noise is None
     ]
 
 

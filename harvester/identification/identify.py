@@ -11,7 +11,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from harvester.errors import InputError, invalid, names_arguments, unknown
-from harvester.identification import bounce, quantities
+from harvester.identification import bounce, data_sheet, quantities
+from harvester.identification.data_sheet import WIDE, DataSheet, read_sheet
 from harvester.identification.doubts import misfits, residual_rms
 from harvester.identification.fit import DeviceFit, channels, fit
 from harvester.identification.identification_result import IdentificationResult, Parameter
@@ -22,6 +23,7 @@ from harvester.identification.start import chosen, meets, second_starts, starts
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.scene.keys import full_key, key_kind, read_value
 from harvester.scene.plausibility import unusual
+from harvester.studies.prediction.priors import DEFAULT_CLASS, check_class
 
 NOT_DETERMINED = 0.7  # half-width of an interval of a logarithm: a factor of two
 NOT_KNOWN = 0.5  # half-width of a restitution coefficient or a loss
@@ -38,18 +40,29 @@ KNOWN = (
 
 @names_arguments
 def identify(
-    files: str | Sequence[str], known: Mapping[str, float | str] | None = None
+    files: str | Sequence[str] = (),
+    known: Mapping[str, float | str] | None = None,
+    points: Mapping[str, str] | None = None,
+    prior: str = DEFAULT_CLASS,
 ) -> IdentificationResult:
-    """Fit one mode with its piezo to measurements in CSV files.
+    """Fit one mode with its piezo to measurements in CSV files, and to single numbers of a data sheet.
 
     Parameters
     ----------
-    files : str or list of str
+    files : str or list of str, optional
         the path of a CSV file, or several, each with its state behind an @ if it needs one, such
         as "ringdown.csv@open".
     known : mapping, optional
         scene keys that are not fitted, such as {"mass": "40 g"}: numbers in SI units, or texts with
         their unit.
+    points : mapping, optional
+        single numbers of a data sheet, such as ``{"frequency": "60 Hz", "open_circuit_frequency":
+        "62 Hz", "capacitance": "30 nF", "q": "60", "open_circuit_voltage": "21 V at 0.25 g",
+        "power_at_load": "1.2 mW at 15 kohm and 0.25 g"}``, each with the error of a meter, of the
+        linear model, or of a data sheet.
+    prior : str, default "bulk"
+        the class of the device, whose prior the damping has if neither files nor points determine
+        it: "bulk", "composite", "film" or "polymer".
 
     Returns
     -------
@@ -59,8 +72,8 @@ def identify(
     Raises
     ------
     InputError
-        for files that cannot be read, hold no measurement or too few points, and for keys that
-        cannot be known.
+        for files that cannot be read, hold no measurement or too few points, for keys that
+        cannot be known, and for points of another form or too few of them.
 
     Examples
     --------
@@ -70,7 +83,12 @@ def identify(
     harvester.errors.InputError: FILE must be a readable file, but 'nowhere.csv' is not: No such file or directory
     """
     names = (files,) if isinstance(files, str) else tuple(str(path) for path in files)
-    return identified(read_files(names), known_values(known or {}))
+    check_class(prior)
+    fixed = known_values(known or {})
+    if not points:
+        return identified(read_files(names), fixed)
+    sheet = read_sheet(points, prior)
+    return identified(read_files(names) if names else (), fixed, sheet)
 
 
 def known_values(known: Mapping[str, float | str]) -> dict[str, float]:
@@ -91,20 +109,24 @@ def known_values(known: Mapping[str, float | str]) -> dict[str, float]:
 
 
 def identified(
-    measurements: Sequence[Measurement], known: dict[str, float] | None = None
+    measurements: Sequence[Measurement],
+    known: dict[str, float] | None = None,
+    sheet: DataSheet | None = None,
 ) -> IdentificationResult:
-    """Fit measurements that are read; raises as `identify`."""
+    """Fit measurements and a data sheet that are read; raises as `identify`."""
     known = dict(known or {})
     remarks = list[Diagnostic]()
-    measurements, alone = _alone(list(measurements))
+    measurements, alone = _alone(list(measurements), sheet)
     measurements = [_from_first_flight(data) for data in measurements]
     met = [data for data in measurements if isinstance(data, Decay) and data.of == "displacement"]
     bouncing = any(bounce.meets_stop(data.t, data.y) for data in met)
-    best = _fit(measurements, known, bouncing)
+    best, about = _with_sheet(sheet, measurements, known, bouncing)
+    remarks += about
     if bouncing:
         remarks.append(note("ring_down_meets_a_stop"))
     left = misfits(best)
-    if (second := _second_resonance(measurements, best, known, left)) is not None:
+    alike = measurements if sheet is None else ()  # points are of a single mode
+    if (second := _second_resonance(alike, best, known, left)) is not None:
         best = second
         left = [note("two_resonances")]
     remarks += left
@@ -112,7 +134,9 @@ def identified(
         remarks.append(note("one_state_alone", state=alone))
     if any(isinstance(data, Impedance) and not data.phase_known for data in measurements):
         remarks.append(note("magnitude_alone"))
-    return _answer(best, measurements, known, remarks, alone)
+    return _answer(
+        best, measurements, known, remarks, alone, NOT_DETERMINED if sheet is None else WIDE
+    )
 
 
 def _from_first_flight(data: Measurement) -> Measurement:
@@ -125,11 +149,14 @@ def _from_first_flight(data: Measurement) -> Measurement:
     return dataclasses.replace(data, t=data.t[first:], y=data.y[first:])
 
 
-def _alone(measurements: list[Measurement]) -> tuple[list[Measurement], str]:
+def _alone(
+    measurements: list[Measurement], sheet: DataSheet | None
+) -> tuple[list[Measurement], str]:
     """Ring-downs in one state do not show the coupling: they are fitted as if in short circuit; the state in words."""
     loads = {data.load for data in measurements if isinstance(data, Decay)}
     if (
-        len(loads) == 1
+        sheet is None
+        and len(loads) == 1
         and loads != {SHORT}
         and all(isinstance(data, Decay) for data in measurements)
     ):
@@ -159,6 +186,31 @@ def _fit(measurements: list[Measurement], known: dict[str, float], bouncing: boo
     few = channels([thinned(data, 50) for data in measurements], bouncing)
     begin = starts(measurements, names, known, bouncing, others)
     return fit(names, begin, known, channels(measurements, bouncing), few)
+
+
+def _with_sheet(
+    sheet: DataSheet | None,
+    measurements: list[Measurement],
+    known: dict[str, float],
+    bouncing: bool,
+) -> tuple[DeviceFit, list[Diagnostic]]:
+    """The fit of files and data sheet together, and the remarks on the latter."""
+    if sheet is None:
+        return _fit(measurements, known, bouncing), []
+    of_files = chosen(measurements, known, bouncing) if measurements else ()
+    names = data_sheet.fitted_names(sheet, of_files, known)
+    begins = list[dict[str, float]]()
+    if of_files:
+        beside = [data for data in measurements if not meets(data, bouncing)]
+        alone = bouncing and chosen(beside, known, False)
+        others = _fit(beside, known, False).values() if alone else {}
+        begins = starts(measurements, of_files, known, bouncing, others)
+    begins = data_sheet.starts(sheet, names, begins, known)
+    stated = data_sheet.channels(sheet, of_files, known)
+    few = channels([thinned(data, 50) for data in measurements], bouncing)
+    whole = channels(measurements, bouncing)
+    best = fit(names, begins, known, (*whole, *stated), (*few, *stated))
+    return best, data_sheet.remarks(sheet, best, begins, of_files)
 
 
 def _second_resonance(
@@ -192,12 +244,13 @@ def _answer(
     known: dict[str, float],
     remarks: list[Diagnostic],
     alone: str,
+    widest: float,
 ) -> IdentificationResult:
     profiles = Profiles(best)
     parameters, missing = [], []
     for quantity in quantities.answered(set(best.names) | set(known)):
         interval = profiles.interval(quantity.of, quantity.above_0)
-        if why := _why_open(quantity, interval, best):
+        if why := _why_open(quantity, interval, best, widest):
             missing.append((quantity.key, why))
         else:
             what = "known" if interval.low == interval.high else quantity.what
@@ -243,13 +296,15 @@ def _of_one_state(parameter: Parameter, state: str) -> Parameter:
     )
 
 
-def _why_open(quantity: quantities.Quantity, interval: ProfileInterval, best: DeviceFit) -> str:
+def _why_open(
+    quantity: quantities.Quantity, interval: ProfileInterval, best: DeviceFit, widest: float
+) -> str:
     """Why a number is not determined: too wide, at a boundary of the fit, or none that a device has; "" if it is."""
     if quantity.key == "oscillator.mass" and "mass" in best.fixed:
         return ""
     # of no width though its parameters are fitted: nothing changes it
     at_its_end = interval.low == interval.high and not set(quantity.needs).isdisjoint(best.names)
-    if at_its_end or _open(interval, quantity.above_0):
+    if at_its_end or _open(interval, quantity.above_0, widest):
         return _remedy(quantity.key)
     if quantity.key == "stop.restitution" and not EDGE < interval.value < 1.0 - EDGE:
         return str(note("fit_at_boundary"))
@@ -260,12 +315,12 @@ def _why_open(quantity: quantities.Quantity, interval: ProfileInterval, best: De
     return ""
 
 
-def _open(interval: ProfileInterval, above_0: bool) -> bool:
-    """Whether an interval is so wide that the number is not determined."""
+def _open(interval: ProfileInterval, above_0: bool, widest: float) -> bool:
+    """Whether an interval is so wide, in its logarithm by ``widest``, that the number is not determined."""
     half = 0.5 * (interval.high - interval.low)
     if above_0:
         return (
-            not 0.5 * math.log(interval.high / interval.low) < NOT_DETERMINED
+            not 0.5 * math.log(interval.high / interval.low) < widest
             if interval.low > 0.0
             else True
         )

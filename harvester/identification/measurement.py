@@ -74,6 +74,20 @@ class Decay(_OverLoad):
 Measurement = Impedance | BaseResponse | Decay
 
 
+@dataclass(frozen=True)
+class StatedNumber:
+    """One number of a data sheet, or the median of a prior, with the standard deviation of its logarithm."""
+
+    name: str
+    value: float
+    sigma: float
+
+    @property
+    def state(self) -> str:
+        """Its origin in words."""
+        return "data sheet"
+
+
 def thinned(data: Measurement, most: int) -> Measurement:
     """A measurement of every n-th point: enough to distinguish good starting values from bad ones.
 

@@ -205,10 +205,12 @@ class Settling:
             least = [max(EXPLAINED * self.size(change), worth) for change in changed]
             kept = [self.size(change) > size for change, size in zip(moved, least, strict=True)]
             known.append([values[kept] for values in new])
-        both = [
+        if not known:
+            return None
+        states, residuals, means = (
             np.concatenate(values)[-KEPT if worth else 0 :] for values in zip(*known, strict=True)
-        ]
-        return Secants(*both) if both and len(both[0]) else None
+        )
+        return Secants(states, residuals, means) if len(states) else None
 
     def probe(self) -> None:
         """Continue from where changes of each slow part lead."""
@@ -233,10 +235,9 @@ class Settling:
                     )
         if derivatives:
             self._forget(1)
-            self.known, self.stale = (
-                Secants(*(np.array(entries) for entries in zip(*derivatives, strict=True))),
-                CURVED,
-            )
+            states, residuals, means = map(np.array, zip(*derivatives, strict=True))
+            self.known = Secants(states, residuals, means)
+            self.stale = CURVED
         self.probed = True
 
     def _keep(self, residual: Floats) -> None:
@@ -293,7 +294,8 @@ class Settling:
                 if y is reached:
                     raise
                 step *= SHORTER
-                self.state, y = reached, self._nearer(reached, step)
+                y = self._nearer(reached, step)
+                self.state = reached
                 continue
             residual = self.slow @ (self.state - y)
             self._keep(residual)

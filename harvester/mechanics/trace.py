@@ -209,7 +209,18 @@ def follow(
     shaking = forcing(eqs, h, len(noise)) if shaking is None else shaking
     c = mechanics.coefficients
     count, lost, last = _trace(
-        s, room, noise, shaking, h, stride, record, eqs.mu, update, c, load, goes_on
+        s,
+        room,
+        noise,
+        shaking,
+        h=h,
+        stride=stride,
+        record=record,
+        mu=eqs.mu,
+        update=update,
+        c=c,
+        load=load,
+        goes_on=goes_on,
     )
     return Path(
         h=h,
@@ -260,7 +271,7 @@ def trace(
     if circuit is not None:
         load = mechanics_of(eqs).ideal_load(circuit, begin, held, len(noise) // stride)
     update = update_of(eqs, h, ngspice_rule) if ngspice_rule else EXACT
-    path = follow(eqs, noise, h, stride, begin, shaking, load, update=update)
+    path = follow(eqs, noise, h, stride, start=begin, shaking=shaking, load=load, update=update)
     return path if load is None else replace(path, U=load.charge)
 
 

@@ -25,8 +25,11 @@ from harvester.netlists.deck_model import (
     ModelReaders,
     Removed,
     bodies_of,
+    global_nets,
     measurements,
+    nets_inside,
     piezos,
+    refuse_doubtful,
     shortened_starts,
     without_body,
 )
@@ -60,8 +63,10 @@ class SimulationDeck:
     path: Path
     elements: list[Element] = field(default_factory=list)
     kept: list[Line] = field(default_factory=list)
+    local: set[Line] = field(default_factory=set)  # lines of subcircuits, which have their own nets
     steps: list[ParameterStep] = field(default_factory=list)
     parameters: dict[str, str] = field(default_factory=dict)  # texts of .param cards
+    shared: set[str] = field(default_factory=set)  # nets of .global cards, also of libraries
     models: set[str] = field(default_factory=set)  # of all models and subcircuits that are there
     missing: list[tuple[Line, str]] = field(default_factory=list)  # libraries that are not
     remarks: list[Diagnostic] = field(default_factory=list)
@@ -129,6 +134,8 @@ def _piezo(deck: SimulationDeck, terminals: Nets | None) -> tuple[DeckDevice, se
     called = [each for each in every if nets in (None, set(map(net_of, each.nets)))]
     if len(called) != 1:
         device = find_piezo(deck.elements, terminals, deck.path.name)
+        if terminals is None:
+            refuse_doubtful(device, deck.elements, deck.path.name)
         return device, {element.line for element in device.elements}
     body = bodies.get(without_body(called[0], deck.elements), ())
     return called[0], {*(element.line for element in called[0].elements), *body}
@@ -143,20 +150,28 @@ def _without_readers(
     """
     left = [element for element in deck.elements if element.line not in gone]
     removed = Removed((each for each in deck.elements if each not in left), left, piezo.nets)
-    groups = measurements(left, removed, piezo.nets, texts)
+    inner = nets_inside(piezo.drives, bodies_of(deck.kept), deck.models)
+    removed.nets |= deck.shared & (inner - {"0"})
+    groups = measurements(left, removed, piezo.nets, deck.shared)
     measured = [element for group in groups for element in group.elements]
     for element in measured:
         del texts[element.line]
         text = element.line.text[:60]
         deck.remarks.append(note("deck_measurement", text=text, line=element.line.where))
-    for card, text, lost in list(shortened_starts(texts, removed)):
+    _shorten_starts(deck, texts, removed)
+    return [element for element in left if element not in measured], groups
+
+
+def _shorten_starts(deck: SimulationDeck, texts: dict[Line, str], removed: Removed) -> None:
+    """Leave out the starting values of the piezo's own model from the lines ``texts``."""
+    outside = [line for line in texts if line not in deck.local]
+    for card, text, lost in list(shortened_starts(outside, removed)):
         deck.remarks.append(note("deck_start", text=", ".join(lost), line=card.where))
         texts[card] = text
         if not text:
             del texts[card]
     cards = [text for line, text in texts.items() if line.word in (".ic", ".temp")]
     deck.remarks += [note("deck_kept", card=text[:60]) for text in cards]
-    return [element for element in left if element not in measured], groups
 
 
 def _read(path: Path) -> SimulationDeck:
@@ -169,6 +184,8 @@ def _read(path: Path) -> SimulationDeck:
         depth += {".subckt": 1, ".ends": -1}.get(line.word, 0)
         if depth < 0:
             raise invalid(f"deck {line.where}", "end a subcircuit that began", line.text[:60])
+        if depth:
+            deck.local.add(line)
         if depth or line.word in (*KEPT, ".ends"):
             _keep(deck, line, inside=depth > 0)
         elif not line.word.startswith("."):
@@ -226,11 +243,14 @@ def _keep(deck: SimulationDeck, line: Line, inside: bool) -> None:
         folder = deck.path.parent.resolve()
         name = library.relative_to(folder).as_posix()
         whole = f'.lib "{name}" {named.section}' if named.section else f'.include "{name}"'
-        deck.models |= set(names_of(included_lines(Line(line.where, whole), deck.path)))
+        lines = list(included_lines(Line(line.where, whole), deck.path))
+        deck.models |= set(names_of(lines))
+        deck.shared |= global_nets(lines)
         deck.kept.append(Line(line.where, card if library.parent == folder else line.text))
         return
     deck.kept.append(line)
     deck.models |= set(names_of([line]))
+    deck.shared |= global_nets([line])
     if line.word in PARAMETERS and not inside:
         pairs = re.findall(r"(\w+)\s*=\s*(\{[^}]*\}|'[^']*'|\S+)", line.text)
         deck.parameters |= {name.lower(): text for name, text in pairs}
@@ -264,9 +284,10 @@ def _on_piezo(piezo: DeckDevice) -> Iterator[Diagnostic]:
     nets = ",".join(piezo.nets)
     for drive in piezo.drives:
         yield note("deck_drive", text=drive.line.text[:60], line=drive.line.where, nets=nets)
-    if piezo.motion:
-        texts = ", ".join(each.line.text[:60] for each in piezo.motion)
-        yield note("deck_motion", text=texts)
+    for code, is_meter in (("deck_motion", False), ("deck_meter", True)):
+        parts = [each.line.text[:60] for each in piezo.motion if (each.kind == "v") == is_meter]
+        if parts:
+            yield note(code, text=", ".join(parts))
     if piezo.capacitors:
         texts = ", ".join(each.line.text[:60] for each in piezo.capacitors)
         lines = ", ".join(each.line.where for each in piezo.capacitors)

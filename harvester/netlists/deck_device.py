@@ -25,7 +25,8 @@ Nets = tuple[str, str]
 class DeckDevice:
     """The piezo of a deck: its two nets, the sources that drive it, and its capacitors.
 
-    ``motion`` are the elements of its motional branch, in series with the source.
+    ``motion`` are the elements of its motional branch, in series with the source, and sources of
+    0 V that measure currents of the piezo's own model.
     """
 
     nets: Nets
@@ -70,15 +71,12 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
         key = frozenset(map(net_of, device.nets))
         first, second = (spelt.get(net_of(net), net) for net in _ground_last(device.nets))
         known = merged.get(key, DeckDevice((first, second)))
-        more = tuple(each for each in device.capacitors if each not in known.capacitors)
         drives = (*known.drives, *device.drives)
-        motion = (*known.motion, *device.motion)
-        merged[key] = DeckDevice(known.nets, drives, (*known.capacitors, *more), motion)
+        capacitors = distinct((*known.capacitors, *device.capacitors))
+        motion = distinct((*known.motion, *device.motion))
+        merged[key] = DeckDevice(known.nets, drives, tuple(capacitors), tuple(motion))
     if len(merged) == 1:
-        device = next(iter(merged.values()))
-        _refuse_series(device, elements, file)
-        _refuse_half(device, elements, file)
-        return device
+        return next(iter(merged.values()))
     nets = ", ".join(nets_of(elements)[:30])
     give = f"give the piezo's two nets by `terminals` A,B; the nets are {nets}"
     if not merged:
@@ -91,43 +89,6 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
     raise InputError(
         f"deck {file} must have one source in the piezo's place, but several may be it "
         f"({several}): {give}"
-    )
-
-
-def _refuse_series(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
-    """Refuse a source or a motional branch in series with one part, which may be of the piezo's own model."""
-    if device.capacitors or _is_current(device.drives[0]):
-        return
-    for net in map(net_of, device.nets):
-        at = [e for e in _connected(elements).get(net, []) if e not in device.elements]
-        if net == "0" or len(at) != 1:
-            continue
-        [part] = at
-        if part.kind in "rlc" or _is_ammeter(part):
-            raise InputError(
-                f"deck {file} must have a source at the piezo's nets, but {part.name} is in series "
-                f"with {device.drives[0].name}: give the piezo's two nets by `terminals` A,B"
-            )
-        if part.kind in "veh" or (part.kind == "b" and not _is_current(part)):
-            raise InputError(
-                f"deck {file} must have a source at the piezo's nets, but the source {part.name} is "
-                f"in series with {device.drives[0].name}: write the piezo's own model as one source "
-                "with its mass, spring and damper as L, C and R in series, and its capacitor"
-            )
-
-
-def _refuse_half(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
-    """Refuse a motional branch that ends at its mass, as a probe between mass and spring ends it."""
-    kinds = {each.kind for each in device.motion}
-    if device.capacitors or "l" not in kinds or "c" in kinds:
-        return
-    ends = {*map(net_of, device.nets)} - {"0"}
-    others = _without((e for net in ends for e in _connected(elements)[net]), device.elements)
-    names = ", ".join(each.name for each in _distinct(others)) or "no elements"
-    raise InputError(
-        f"deck {file} must have a mass, a spring and a damper as L, C and R in series, with nothing "
-        f"else between them, but {names} are at the end of {device.motion[-1].name}: leave out those "
-        "that only measure"
     )
 
 
@@ -153,21 +114,22 @@ def _at(elements: Sequence[Element], terminals: Nets, file: str) -> DeckDevice:
         if set(map(net_of, device.nets)) == there
     ]
     # Also a constant source, as of an analysis of small signals.
-    across = [element for element in elements if _across(element, there)]
+    across = [element for element in elements if is_across(element, there)]
     sources = [element for element in across if element.kind in "vi"]
-    drives = _distinct([*chain.from_iterable(each.drives for each in devices), *sources])
-    motion = _distinct(chain.from_iterable(each.motion for each in devices))
-    inner = _distinct(chain.from_iterable(each.capacitors for each in devices))
+    drives = distinct([*chain.from_iterable(each.drives for each in devices), *sources])
+    motion = distinct(chain.from_iterable(each.motion for each in devices))
+    inner = distinct(chain.from_iterable(each.capacitors for each in devices))
     if drives and not inner:
         inner = [element for element in across if element.kind == "c"]
-    return DeckDevice((first, second), tuple(drives), _without(inner, motion), tuple(motion))
+    return DeckDevice((first, second), tuple(drives), without(inner, motion), tuple(motion))
 
 
-def _without(elements: Iterable[Element], others: Sequence[Element]) -> tuple[Element, ...]:
+def without(elements: Iterable[Element], others: Sequence[Element]) -> tuple[Element, ...]:
+    """The elements that are not among others."""
     return tuple(each for each in elements if each not in others)
 
 
-def _distinct(elements: Iterable[Element]) -> list[Element]:
+def distinct(elements: Iterable[Element]) -> list[Element]:
     """The elements, each once."""
     return list({element.name.lower(): element for element in elements}.values())
 
@@ -178,14 +140,39 @@ def _sure(elements: Sequence[Element]) -> list[DeckDevice]:
     degree = Counter(net_of(node) for element in elements for node in set(element.current_nodes))
     capacitors = [element for element in elements if element.kind == "c"]
     for drive in filter(_drives, elements):
-        nets = set(map(net_of, drive.nodes[:2]))
-        across = tuple(each for each in capacitors if _across(each, nets))
-        if _is_current(drive) and across:
-            devices.append(DeckDevice(_pair(drive.nodes[1::-1]), (drive,), across))
-        elif not _is_current(drive):
-            others = [each for each in capacitors if each not in across]
-            devices += _in_series(drive, others, degree)
+        if is_current(drive):
+            devices += _parallel(drive, elements)
+        else:
+            nets = set(map(net_of, drive.nodes[:2]))
+            devices += _in_series(drive, (c for c in capacitors if not is_across(c, nets)), degree)
     return devices
+
+
+def _parallel(drive: Element, elements: Sequence[Element]) -> Iterator[DeckDevice]:
+    """A current source with capacitors across it; each may have sources of 0 V in series.
+
+    These measure the currents of the source and of the capacitors.
+    """
+    at = connected(elements)
+    ends: list[str] = []
+    meters: list[Element] = []
+    for node in drive.nodes[1::-1]:
+        end, parts = _branch_end(drive, node, at, kinds="")
+        ends.append(end)
+        meters += parts
+    nets = {*map(net_of, ends)}
+    capacitors: list[Element] = []
+    for each in elements:
+        if each.kind != "c":
+            continue
+        first, before = _branch_end(each, each.nodes[0], at, nets, kinds="")
+        second, behind = _branch_end(each, each.nodes[1], at, nets, kinds="")
+        if {net_of(first), net_of(second)} == nets:
+            capacitors.append(each)
+            meters += (*before, *behind)
+    if capacitors and len(nets) == 2:
+        first, second = ends
+        yield DeckDevice((first, second), (drive,), tuple(capacitors), tuple(distinct(meters)))
 
 
 def _in_series(
@@ -206,9 +193,9 @@ def _branches(elements: Sequence[Element], ends: Set[str] = frozenset()) -> Iter
 
     It may have sources of 0 V, which measure its current.  It ends at the nets ``ends`` at the latest.
     """
-    at = _connected(elements)
+    at = connected(elements)
     for drive in filter(_drives, elements):
-        if _is_current(drive):
+        if is_current(drive):
             continue
         first, before = _branch_end(drive, drive.nodes[0], at, ends)
         second, behind = _branch_end(drive, drive.nodes[1], at, ends)
@@ -216,15 +203,15 @@ def _branches(elements: Sequence[Element], ends: Set[str] = frozenset()) -> Iter
         if first == second or [each.kind for each in motion] in ([], ["c"]):
             continue
         nets = {net_of(first), net_of(second)}
-        across = _without((e for e in elements if e.kind == "c" and _across(e, nets)), motion)
+        across = without((e for e in elements if e.kind == "c" and is_across(e, nets)), motion)
         alone = [each for each in motion if each.kind != "v"]
         if [each.kind for each in alone] == ["c"]:  # the piezo's capacitor, and an ammeter
             across = tuple(alone)
-            motion = _without(motion, alone)
+            motion = without(motion, alone)
         yield DeckDevice((first, second), (drive,), across, motion)
 
 
-def _connected(elements: Iterable[Element]) -> dict[str, list[Element]]:
+def connected(elements: Iterable[Element]) -> dict[str, list[Element]]:
     """The elements at each net."""
     at: dict[str, list[Element]] = {}
     for element in elements:
@@ -234,14 +221,21 @@ def _connected(elements: Iterable[Element]) -> dict[str, list[Element]]:
 
 
 def _branch_end(
-    drive: Element, node: str, at: Mapping[str, list[Element]], ends: Set[str]
+    drive: Element,
+    node: str,
+    at: Mapping[str, list[Element]],
+    ends: Set[str] = frozenset(),
+    kinds: str = "rlc",
 ) -> tuple[str, list[Element]]:
-    """The net at the end of a source's branch from one of its nodes on, and its elements."""
+    """The net at the end of an element's branch from one of its nodes on, and its other elements.
+
+    These are of the given kinds, or sources of 0 V.
+    """
     parts: list[Element] = []
     last = drive
     while net_of(node) not in {"0", *ends} and len(there := at[net_of(node)]) == 2:
         nearest = next(each for each in there if each is not last)
-        is_part = nearest.kind in "rlc" or _is_ammeter(nearest)
+        is_part = nearest.kind in tuple(kinds) or is_ammeter(nearest)
         if not is_part or nearest in parts or len(set(nearest.nodes)) != 2:
             break
         parts.append(nearest)
@@ -282,15 +276,18 @@ def is_supply(source: Element) -> bool:
     return bool(source.form) or value is None or not (value.is_constant and value.value == 0.0)
 
 
-def _is_ammeter(element: Element) -> bool:
+def is_ammeter(element: Element) -> bool:
+    """Whether it is a source of 0 V, which measures a current."""
     return element.kind == "v" and not is_supply(element) and not _drives(element)
 
 
-def _is_current(element: Element) -> bool:
+def is_current(element: Element) -> bool:
+    """Whether an element drives a current."""
     return element.kind == "i" or (element.kind == "b" and element.form == "i")
 
 
-def _across(element: Element, nets: set[str]) -> bool:
+def is_across(element: Element, nets: set[str]) -> bool:
+    """Whether an element is between two nets."""
     return set(map(net_of, element.nodes[:2])) == nets
 
 

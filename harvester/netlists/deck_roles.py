@@ -21,8 +21,11 @@ def load_of(
 ) -> Element:
     """The load: the element ``given``, one by its name, or the resistor across the largest capacitor.
 
-    Raises InputError if there is none on the board, and if a measurement acts on it.
+    Raises InputError if there is none on the board, and if a measurement acts on it, or on an
+    element that has a load's name.
     """
+    if given is None:
+        _refuse_named("load", measured)
     return _on_board(lambda elements: _find_load(elements, given, file), board, measured)
 
 
@@ -35,9 +38,19 @@ def store_of(
 ) -> Element | None:
     """The store: the element ``given``, one by its name, or the largest capacitor across the load.
 
-    Raises as `load_of`, but None without one.
+    Raises as `load_of`, but it is None without one.
     """
-    return _on_board(lambda elements: _find_store(elements, given, file, load), board, measured)
+    store = _on_board(lambda elements: _find_store(elements, given, file, load), board, measured)
+    if store is None:
+        _refuse_named("store", measured)
+    return store
+
+
+def _refuse_named(what: str, measured: Sequence[ModelReaders]) -> None:
+    """Raise InputError if a measurement acts on an element with a name of a load or a store."""
+    for group in measured:
+        if any(each.name.lower() in NAMES[what] for each in group.elements):
+            group.refuse()
 
 
 def _on_board(

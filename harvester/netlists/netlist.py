@@ -143,8 +143,10 @@ def read_netlist(
     """
     lines = list(read_lines(path, root, text))
     if not board and not any(line.word in (".subckt", ".ends") for line in lines):
-        must = "hold a subcircuit, .subckt to .ends, or be a flat one whose two piezo nets load.terminals names"
-        error = invalid(f"netlist {path.name}", must, "neither")
+        error = InputError(
+            f"netlist {path.name} must hold a subcircuit (.subckt to .ends), or be a board with load.terminals, "
+            "the piezo's two nets, but has no subcircuit, and no terminals are given"
+        )
         # with a source it is a simulation, of which a board can be made
         raise DeckError(str(error)) if any(line.word[:1] in DRIVES for line in lines) else error
     netlist = _parsed(path.name, lines, board)

@@ -341,7 +341,11 @@ GLOSSARY = _terms(
     total_error=("total", "share", "All errors together, unknown parts at their upper bound."),
     Stability=("top Lyapunov exponent", "", "The growth near rest."),
     verdict=("rest", "", "Whether rest is stable, by Monte Carlo."),
-    published=("published", "rate", "By the formula of Entropy 2026, misprints corrected."),
+    published=(
+        "published",
+        "rate",
+        "By the formula of the Entropy 2026 paper, misprints corrected.",
+    ),
     averaged_exponent=("averaged", "rate", "By our averaging."),
     ensemble=("ensemble", "rate", "By Monte Carlo."),
     noiseless=("without noise, exact", "rate", "The exact value without noise."),

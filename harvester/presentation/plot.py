@@ -64,11 +64,12 @@ class UsersAxes:
     below: list[Axes] = field(default_factory=list)
 
     def finish(self) -> None:
-        """Complete the axes with the label of the x axis that a panel below has."""
+        """Complete the axes with the label and the numbers of the x axis that a panel below has."""
         labels = [panel.get_xlabel() for panel in self.below if panel.get_xlabel()]
         if labels and not self.axes.get_xlabel():
             with styled():
                 self.axes.set_xlabel(labels[-1])
+        self.axes.tick_params(labelbottom=True)
         _widen(self.axes)
 
 

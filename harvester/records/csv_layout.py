@@ -88,7 +88,10 @@ def layout(text: str) -> Layout | None:
     labels = _labels(looked)
     if labels:
         looked = [_LABEL.sub("", line) for line in looked]
-    scored = [(_score(looked, *form), form) for form in itertools.product(DELIMITERS, ".,")]
+    scored = [
+        (_score(looked, delimiter, decimal), (delimiter, decimal))
+        for delimiter, decimal in itertools.product(DELIMITERS, ".,")
+    ]
     best, (delimiter, decimal) = max(scored, key=lambda candidate: candidate[0])
     if not best[0]:
         return None

@@ -201,7 +201,6 @@ def decoded(data: bytes, path: str | Path, argument: str) -> str:
 
 def table_of(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable:
     """The table of a text of rows; errors as of `read_table`."""
-    count = len(form.heads)
     if long := [text for text in (*form.heads, *form.units) if len(text) > LONGEST_HEAD]:
         raise InputError(
             f"{argument} must have names of columns of at most {LONGEST_HEAD} letters, but one has {len(long[0])}"
@@ -210,10 +209,11 @@ def table_of(form: Layout, text: str, path: str | Path, argument: str) -> CsvTab
         try:  # nothing but numbers, as most files have, a tenth as dear
             frame = _frame(form, text, dtype=float, decimal=form.decimal)
             if np.isfinite(frame.to_numpy()).all():
-                every = zip(
-                    form.heads, form.units, frame.to_numpy().T.copy(), range(count), strict=True
+                every = zip(form.heads, form.units, frame.to_numpy().T.copy(), strict=True)
+                columns = tuple(
+                    CsvColumn(head, unit, values, index)
+                    for index, (head, unit, values) in enumerate(every)
                 )
-                columns = tuple(CsvColumn(*entries) for entries in every)
                 return CsvTable(columns, form.remarks, _layout_note(form), (), facts=form.facts)
         except ValueError:
             pass

@@ -18,11 +18,14 @@ def of_identification(result: IdentificationResult, title: str) -> Page:
     numbers = [[signs(f"{number:.2f}") for number in row] for row in result.correlations]
     matrix = [[name, *row] for name, row in zip(result.names, numbers, strict=True)]
     open_ = [[key, why] for key, why in result.missing]
-    figure = drawing(
-        result.plot(None),
-        "Each measurement with its fit, and the residuals over the noise.",
-        "Points are measured, lines are the fit; below each, the residuals over the noise of that curve.",
-    )
+    figures = [
+        drawing(
+            result.plot(None),
+            "Each measurement with its fit, and the residuals over the noise.",
+            "Points are measured, lines are the fit; below each, the residuals over the noise of that curve.",
+        )
+        for _ in result.curves()[:1]
+    ]
     tables = [
         TextTable("Parameters", ["parameter", "value", "95 % interval", "meaning"], rows, (1, 2))
     ]
@@ -48,7 +51,7 @@ def of_identification(result: IdentificationResult, title: str) -> Page:
     section = Section(
         "Findings from the measurements",
         texts=texts,
-        drawings=[figure],
+        drawings=figures,
         tables=tables,
         warnings=warnings,
     )

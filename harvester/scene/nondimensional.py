@@ -15,7 +15,7 @@ from harvester.scene.table import NONE, OptNumber, SceneTable, scene_table
 
 @scene_table
 class Nondimensional(SceneTable):
-    """The parameters of the paper's nondimensional Eq. 2, every one optional.
+    """The parameters of the Entropy 2026 paper's nondimensional Eq. 2, every one optional.
 
     The noise intensities are N1 = eps1^2 D11 and N2 = eps2^2 D22; eps1 and eps2 are 1 if only their
     D is given; an eps without its D is refused.  Ours: the spring is linear x + alpha2 x^2 + alpha

@@ -59,7 +59,7 @@ class SceneTables(TypedDict, total=False):
 @one_line_errors
 @checked_dataclass(frozen=True, kw_only=True, repr=False, config=ConfigDict(extra="forbid"))
 class Scene(SceneTable):
-    """One device with its shaking and its load: physical (oscillator, piezo, ...) or nondimensional, never both.
+    """One device with its excitation and its load: physical (oscillator, piezo, ...) or nondimensional, never both.
 
     It cannot be changed: `replace`, `with_load`, `varied` and `without_stop` give another scene.
 
@@ -73,7 +73,7 @@ class Scene(SceneTable):
         further modes of vibration, the second to the fourth, a mass on a spring under the device,
         and a free ball.
     storage, node, chip : scene tables, optional
-        the store, the sensor node and the chip between them that `node` follows behind the load's
+        the storage, the sensor node and the chip between them that `node` follows behind the load's
         rectifier.
     nondimensional : Nondimensional, optional
         the table of a nondimensional scene, in place of all others.
@@ -322,7 +322,7 @@ class Scene(SceneTable):
 
     @property
     def digest(self) -> str:
-        """A short hash of all contents of the scene, those of its records included."""
+        """A short hash of all contents of the scene, those of its recordings included."""
         whole = hashlib.sha256(self.to_toml().encode())
         for table, key in (
             *((self.excitation, key) for key in FILES),

@@ -100,16 +100,16 @@ def _check_both(table: SceneTable, first: str, other: str) -> None:
 
 @scene_table
 class SensorNode(SceneTable):
-    """A load that begins at ``wake_voltage`` of the store and stops below ``stop_voltage``: packets, and sleep between.
+    """A load that begins at ``wake_voltage``, stops below ``stop_voltage``, and sends packets.
 
     A packet is a list of ``currents`` with their ``durations``, a ``packet_energy`` spent in the
     first of the ``durations`` (10 ms if left out), or a ``trace``, a CSV file of time and
     current as power profilers write it. Currents and energies are those that the node draws from
-    its ``supply_voltage``, which a regulator of an ``efficiency`` makes of the store; without one
-    the store itself gives its currents.
+    its ``supply_voltage``, which a regulator of an ``efficiency`` makes of the storage; without one
+    the storage itself gives its currents.
 
     For its packets a ``lost_share`` is not answered; each is sent up to ``retries`` times more.  A
-    flag of the store's energy falls below the first of ``low_voltages`` and rises above the
+    flag of the storage's energy falls below the first of ``low_voltages`` and rises above the
     second: while it is down, packets are a ``low_interval`` apart.
 
     >>> import harvester as hv
@@ -257,12 +257,12 @@ def _check_durations(node: SensorNode) -> None:
 
 @scene_table
 class HarvestingChip(SceneTable):
-    """The converter between the rectifier and the store: a chip by its name, or one of your own.
+    """The converter between the rectifier and the storage: a chip by its name, or one of your own.
 
     Keys next to a ``name`` replace the values of the chip's data sheet.  With an
     ``input_ratio`` the chip holds the rectifier's output at that part of its voltage without load,
-    and charges the store from there; without one the store is at its input.  The output feeds the
-    node from the start voltage of the store on, until the stop voltage.
+    and charges the storage from there; without one the storage is at its input.  The output feeds
+    the node from the start voltage of the storage on, until the stop voltage.
 
     >>> import harvester as hv
     >>> hv.HarvestingChip(name="bq25570", start_voltage="3 V").start_voltage

@@ -30,7 +30,7 @@ def loads(text: str, folder: Path | None = None) -> Scene:
     text : str
         TOML, with numbers in SI units and texts with their unit.
     folder : path, optional
-        from which the paths of its netlist and records start, and which they must not leave;
+        from which the paths of its netlist and recordings start, and which they must not leave;
         without it, paths are the caller's own: any, from the current folder.
 
     Returns
@@ -103,7 +103,7 @@ def load(path: str | Path) -> Scene:
     Parameters
     ----------
     path : path
-        of the file; its netlist and records must be in the file's folder or below it.
+        of the file; its netlist and recordings must be in the file's folder or below it.
 
     Returns
     -------

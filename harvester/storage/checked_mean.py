@@ -24,9 +24,8 @@ SETTLED, MOST = 3e-3, 4e6
 # of the mean power: a difference from the direct run above which the scales are not apart
 LARGEST_SEPARATION = 0.05
 ROUGHER = 4.0  # times the tolerance of runs that are compared with each other, at longer steps
-# slow runs for errors in addition to the first one, at twice its step; most times the step in a
-# short budget
-OTHERS, COARSEST = 5, 8.0
+OTHERS = 5  # slow runs for errors in addition to the first one, at twice its step
+COARSEST = 8.0  # most times the step in a short budget
 PILOT = 0.02  # part of a run by which its duration is predicted
 
 

@@ -140,7 +140,9 @@ def direct_nodes(
         volts = stores.volts - chip_current * slice_ / storage.farads
         records[GIVEN] += storage.farads * (volts - before) * 0.5 * (volts + before)
         levels = np.array([run.node.wake_voltage, run.top, storage.farads, slice_])
-        take_slices(volts, records, drawn, leak, durations, stops, levels, now)
+        take_slices(
+            volts, records, drawn, leak, durations=durations, stops=stops, levels=levels, now=now
+        )
         now += slice_
     packets, ran, brown_outs, given, clamped, first = records[PACKETS:]
     return DirectNodes(

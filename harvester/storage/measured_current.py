@@ -87,9 +87,12 @@ class Rectifier:
         ):
             return known._replace(mu=0.0)
         cut = cut_behind_rectifier(self.load)
-        if cut is None or not cut.like[0] > 0.0:
+        if cut is None:
             return None
-        bridge = ideal_bridge(*cut.like, self.scales)
+        saturation, emission = cut.like
+        if not saturation > 0.0:
+            return None
+        bridge = ideal_bridge(saturation, emission, self.scales)
         if not is_plain_store(self.load):
             return bridge._replace(mu=0.0)
         # What is beside the store and the load stays there while the store is held.

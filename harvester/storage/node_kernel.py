@@ -167,7 +167,9 @@ def _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hour
     spent = 0.0
     for k in range(abs(number) * last):
         left = min(durations[k % last], seconds - counts[END])
-        v = follow_state(store, drawn[k % last], v, left, stops[k % last], -1.0, course)
+        v = follow_state(
+            store, drawn[k % last], v, left, threshold=stops[k % last], side=-1.0, course=course
+        )
         on = v > stops[k % last]
         spent = spent + (left if k >= last else 0.0)
         if not on:
@@ -175,7 +177,7 @@ def _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hour
     _send(counts, hours, number > 0)
     low = _flag(v, low, levels)
     left = min((levels[SPARED] if low else durations[last]) - spent, seconds - counts[END])
-    v = follow_state(store, drawn[last], v, left, stops[last], -1.0, course)
+    v = follow_state(store, drawn[last], v, left, threshold=stops[last], side=-1.0, course=course)
     return v, v > stops[last], low
 
 
@@ -207,7 +209,9 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
     before = np.empty(branches.shape[1] + 2)
     while counts[END] < seconds * DONE:
         rose = v < wake
-        v = follow_state(store, waiting, v, seconds - counts[END], wake, 1.0, followed)
+        v = follow_state(
+            store, waiting, v, seconds - counts[END], threshold=wake, side=1.0, course=followed
+        )
         low = _flag(v, low, levels)
         if v >= wake and rose:
             if _alike(v, low, branches[2], at_wake, same):  # what follows is the same each time
@@ -223,14 +227,31 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
             number = tries[taken % len(tries)]
             taken += 1
             v, on, low = _follow_packet(
-                store, drawn, durations, stops, number, v, low, seconds, hours, followed
+                store,
+                drawn,
+                durations,
+                stops,
+                number=number,
+                v=v,
+                low=low,
+                seconds=seconds,
+                hours=hours,
+                course=followed,
             )
             counts[BROWN_OUTS] += 0.0 if on else 1.0
             counts[RAN] += counts[END] - begun[END]
         if (
             not on and not ever and v >= wake
         ):  # it would stop as soon as it begins: wait with the node off
-            v = follow_state(store, waiting, v, seconds - counts[END], math.inf, 1.0, followed)
+            v = follow_state(
+                store,
+                waiting,
+                v,
+                seconds - counts[END],
+                threshold=math.inf,
+                side=1.0,
+                course=followed,
+            )
         counts[ON] = 1.0 if on else 0.0
     counts[VOLTS] = v
 

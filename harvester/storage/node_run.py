@@ -206,7 +206,16 @@ class NodeRun:
         branches = branches_of(storage)
         course = (t, volts, hours)
         follow_node(
-            currents, durations, stops, levels, branches, self._tries(), v, seconds, counts, course
+            currents,
+            durations,
+            stops,
+            levels,
+            branches=branches,
+            tries=self._tries(),
+            v=v,
+            seconds=seconds,
+            counts=counts,
+            course=course,
         )
         ran, packets, lost, brown_outs, given, clamped, used, leaked, end = counts[:9].tolist()
         kept = slice(round(counts[POINTS]))

@@ -142,7 +142,8 @@ def plain_bridge(load: LoadCircuit, scales: Scales) -> IdealCircuit | None:
     } or load.storage <= 0.0:
         return None
     kappa = load.smoothing / scales.capacitance
-    return ideal_bridge(*cut.diode, scales)._replace(
+    saturation, emission = cut.diode
+    return ideal_bridge(saturation, emission, scales)._replace(
         kappa=kappa, mu=kappa / (load.storage * scales.frequency)
     )
 

@@ -108,7 +108,17 @@ class SlowCircuit:
         charge = self.scales.capacitance * self.scales.volts
         normal = np.empty(0) if variates is None else variates
         steps, failed = feed(
-            circuit, state, room, table, top, seconds, current.delay, charge, stride, normal, out
+            circuit,
+            state,
+            room,
+            table,
+            top=top,
+            h=seconds,
+            delay=current.delay,
+            charge=charge,
+            stride=stride,
+            variates=normal,
+            out=out,
         )
         self.circuit.check(steps, failed, state)
         t = seconds * stride * np.arange(1.0, rows + 1.0)

@@ -85,7 +85,7 @@ def steady_power(
         "judge": Check(table.scaled(1.0 - judge), "model"),
     }
     rougher = SlowCircuit(problem.circuit, cut, problem.scales, ROUGHER * TOLERANCE)
-    mean = CheckedMean(path, duration, rougher, table, checks, 2.0 * h, 2)
+    mean = CheckedMean(path, duration, rougher, table, checks, step=2.0 * h, stride=2)
     off = {name: _off(direct, path, mean.mean(name), name) for name in ("square", "piezo")}
     power, square = (
         mean.value(name, judge, unknown, Correction(off[name], abs(off[name])))

@@ -78,7 +78,7 @@ class PathComparison(Result):
 
 
 class Comparison(TableResult):
-    """The answers of the engines that support a scene, why the others do not, and paths with and without the stop.
+    """The answers of all engines, or why there is none, and trajectories with and without the stop.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Comparison(TableResult):
     refused : dict
         the other engines by name, with the reason.
     paths : tuple of PathComparison
-        paths of the voltage by three ways, if these have a meaning.
+        trajectories of the voltage by three ways, if these have a meaning.
 
     Examples
     --------
@@ -184,7 +184,7 @@ class Comparison(TableResult):
         return tuple(note("did_not_run", engine, why=why) for engine, why in self.refused.items())
 
     def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
-        """The engines, and the paths, as a matplotlib figure."""
+        """The engines, and the trajectories, as a matplotlib figure."""
         return drawing.draw(self, title, ax)
 
 
@@ -195,7 +195,7 @@ def compare(
     execution: Execution = DEFAULT,
     **options: Unpack[EngineOptions],
 ) -> Comparison:
-    """Run every engine on a scene, and one path with and without its stop, if `Published` supports.
+    """Run every engine on a scene, and compare one trajectory with and without its stop.
 
     Parameters
     ----------

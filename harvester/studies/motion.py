@@ -10,7 +10,6 @@ Long because the path and its function explain their arrays and arguments to use
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import field
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -125,7 +124,7 @@ class Motion(TableResult):
         """Time, displacement, velocity, voltage, the base's acceleration and the probes."""
         units = self.unit_names
         columns = [
-            Column("time", self.time, units.time),
+            Column("time", self.time, units.time, "time"),
             Column("displacement", self.displacement, units.length),
         ]
         columns += [
@@ -222,7 +221,12 @@ def motion(
             "`duration`", f"be between {h / unit:.3g} and {MOST_STEPS * h / unit / parts:.3g}", span
         )
     probes = _probes([probe] if isinstance(probe, str) else probe, problem, engine)
-    computed = partial(_computed, problem, engine, parts * shown, seed, probes, expected)
+
+    def computed(h: float, shunt: float) -> tuple[Any, Floats, int]:
+        return _computed(
+            problem, engine, parts * shown, seed, probes=probes, expected=expected, h=h, shunt=shunt
+        )
+
     (path, probe_values, stride), h, notes = at_smaller_steps(problem, h, computed)
     a = None if path.shaking is None else path.shaking[stride::stride][: len(path.t)]
     s = problem.units

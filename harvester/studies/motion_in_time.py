@@ -88,8 +88,8 @@ def passage_time(problem: Problem, answer: Answer, level: float) -> Value:
     modes = answer.solution.form.modes
     fewer = modes - 2 if modes > 3 else modes
     rate, coarse = (
-        displacement_rate(problem.equations, answer.setting, level, *which)
-        for which in ((1, modes), (0, fewer))
+        displacement_rate(problem.equations, answer.setting, level, resolution, count)
+        for resolution, count in ((1, modes), (0, fewer))
     )
     if not (rate > 0.0 and coarse > 0.0):
         raise SimulationError(

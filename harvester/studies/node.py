@@ -269,7 +269,8 @@ class NodeResult(TableResult):
     def table(self) -> Table:
         """The store's voltage over time."""
         return Table(
-            (Column("time", self.t, "s"), Column("voltage", self.voltage, "V")), index=("time",)
+            (Column("time", self.t, "s", "time"), Column("voltage", self.voltage, "V")),
+            index=("time",),
         )
 
 

@@ -121,19 +121,21 @@ def _of_alike_shaking(
         known = dataclasses.replace(known, steps=steps + law.steps, chip=law.correct(tracking))
         return dataclasses.replace(known, separation=law.error, elements=elements + law.elements)
     if not farads:
-        path = (np.full(2, last), np.array([0.0, DAY]))
+        volts = np.full(2, last)
+        times = np.array([0.0, DAY])
         free = None
     else:
-        path = reached(table, last if tracking else min(wake, last), farads)
+        volts, times = reached(table, last if tracking else min(wake, last), farads)
         free = farads
     if noise:
+        path = volts, times
         off, separation, more = noise_check(problem, table, path, free, seed, effort.checks)
         return dataclasses.replace(
             known, steps=steps + more, separation=separation, elements=elements + off
         )
     if free is None:
         return known
-    check = direct_check(problem, Rectifier(problem).compiled(farads), *path, DAY)
+    check = direct_check(problem, Rectifier(problem).compiled(farads), volts, times, DAY)
     separation = (abs(check.late) + check.error) / check.seconds
     late = check.error
     if tracking is not None:

@@ -262,10 +262,10 @@ def _response(panel: str, coefficient: str, values: Floats) -> Iterator[FigurePo
                 "",
                 float(value),
                 theory,
-                ours,
-                monte_carlo,
-                error,
-                density,
+                averaged=ours,
+                ensemble=monte_carlo,
+                ensemble_stderr=error,
+                density=density,
             )
 
 
@@ -341,9 +341,14 @@ def _exponents(
         change: dict[str, Any] = {coefficient: float(value)}
         eqs = dataclasses.replace(base, **change)
         estimate = exponent(eqs, np.random.SeedSequence(3), 2048, 500.0)
-        theory = (float(stability.published(eqs)), float(stability.averaged(eqs)))
         yield FigurePoint(
-            f"lambda against {panel}", curve, float(value), *theory, estimate.value, estimate.stderr
+            f"lambda against {panel}",
+            curve,
+            float(value),
+            published=float(stability.published(eqs)),
+            averaged=float(stability.averaged(eqs)),
+            ensemble=estimate.value,
+            ensemble_stderr=estimate.stderr,
         )
 
 

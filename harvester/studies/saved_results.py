@@ -61,7 +61,8 @@ class SavedTable(TableResult):
     @property
     def physical(self) -> bool:
         """Whether its numbers have SI units."""
-        return "nondimensional" not in self.about.get("scene", {})
+        scene = self.about.get("scene")
+        return not isinstance(scene, dict) or "nondimensional" not in scene
 
     @property
     def table(self) -> Table:
@@ -117,6 +118,13 @@ def read(path: str | Path) -> SweepTable | SavedTable:
         raise invalid(
             "`path`", "be a CSV file of a study, with as many cells in each row", str(file)
         )
+    named = [_head(head)[0] for head in heads]
+    for name in named:
+        if named.count(name) > 1:
+            raise InputError(
+                f"`path` must name each of its columns once, but {shown(str(file))} has several "
+                f"{shown(name)}"
+            )
     about = _provenance(file.parent / "provenance.json")
     if file.stem == SWEEP:
         return _sweep(file, heads, rows, about)
@@ -199,9 +207,8 @@ def _columns(file: Path, columns: Mapping[str, Sequence[str]]) -> Iterator[Colum
     """The columns of a table, with the parts of a value as one."""
     parsed = {}
     for head, texts in columns.items():
-        match = _HEAD.fullmatch(head)
-        assert match is not None
-        parsed[match[1]] = (match[2] or "", _cells(texts))
+        name, unit = _head(head)
+        parsed[name] = (unit, _cells(texts))
     parts = {
         name: [name + end for end in PARTS]
         for name in parsed
@@ -213,7 +220,15 @@ def _columns(file: Path, columns: Mapping[str, Sequence[str]]) -> Iterator[Colum
             of_parts = [parsed[part][1] for part in parts[name]]
             yield Column(name, _values(file, of_parts, unit), unit, uncertain=True)
         elif name not in inner:
-            yield Column(name, cells, unit)
+            # a time without an error is that of a curve, not a mean
+            yield Column(name, cells, unit, "time" if name == "time" else "")
+
+
+def _head(head: str) -> tuple[str, str]:
+    """The name and the unit of the head of a column."""
+    match = _HEAD.fullmatch(head)
+    assert match is not None
+    return match[1], match[2] or ""
 
 
 def _cells(texts: Sequence[str]) -> list[Cell]:
@@ -235,7 +250,9 @@ def _values(file: Path, parts: Sequence[Sequence[Cell]], unit: str) -> list[Cell
         del fields["error95"]  # which follows from the others
         fields["unknown"] = fields["unknown"] or ""
         try:
+            if any((fields[size] or 0.0) < 0.0 for size in ("stderr", "dof", "bias", "model")):
+                raise ValueError(fields)
             values.append(None if fields["value"] is None else Value(**fields, unit=unit))
-        except (TypeError, SimulationError) as error:
+        except (TypeError, ValueError, SimulationError) as error:
             raise invalid("`path`", "hold numbers with their errors", str(file)) from error
     return values

@@ -265,11 +265,11 @@ def densities(
 
 def _plane(path: Motion, curves: dict[str, Any]) -> dict[str, Any]:
     """The density of displacement and voltage, counted on a path, between the ends of their own densities."""
-    ends = (
+    x, volts = (
         (float(curves[name][0]), float(curves[name][-1])) for name in ("displacement", "voltage")
     )
     names = "plane_displacement", "plane_voltage", "voltage_plane", "voltage_plane_stderr"
-    return dict(zip(names, voltage_plane(path, *ends), strict=True))
+    return dict(zip(names, voltage_plane(path, x, volts), strict=True))
 
 
 def _means(problem: Problem, answer: Answer) -> dict[str, Any]:

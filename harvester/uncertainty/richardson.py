@@ -61,7 +61,10 @@ def _combined(
         return whole
     by_step = np.hsplit(controls, len(values))
     each = weights @ np.array(
-        [controlled_entries(*pair, together) for pair in zip(values, by_step, strict=True)]
+        [
+            controlled_entries(moments, variates, together)
+            for moments, variates in zip(values, by_step, strict=True)
+        ]
     )
     return whole if whole.std() < each.std() else each
 

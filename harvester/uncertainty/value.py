@@ -139,7 +139,7 @@ class Value:
         return replace(self, unknown=" and ".join(part for part in (self.unknown, unknown) if part))
 
     def with_model(self, share: float) -> "Value":
-        """The value with one more model error, a share of it, which includes the rounding of a closed form."""
+        """The value with one more model error, a fraction of it, which includes the rounding of a closed form."""
         if not share:
             return self
         closed = self.stderr is None and self.model == 0.0

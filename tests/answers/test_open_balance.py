@@ -53,7 +53,7 @@ def test_ledgers_of_several_runs():
 
 @pytest.mark.ngspice
 def test_a_model_at_a_coarse_step():
-    """Six steps to a period leave the ledger open, and the answer says so; sixty do not."""
+    """Six steps to a period leave the ledger open, and the answer states so; sixty do not."""
     piezo = hv.Piezo(coupling="1 mN/V", capacitance="50.2 nF")
     plate = Oscillator(m=0.04, k=16.0, c=0.0)
     start = Motion(1e-3, 0.05)

@@ -1,4 +1,4 @@
-"""Bridges of diodes as their cards say it, without Rs or Cjo too: every step converges, and the power is right.
+"""Bridges of diodes as their cards state it, without Rs or Cjo as well: every step converges, and the power is right.
 
 The judge is an integration of its own.  With four diodes alike that lead the currents I(v), and V
 between the piezo's electrodes, u between the rails, these float so that V - u is across one pair
@@ -259,7 +259,7 @@ def test_studies_refuse_steps_that_fail(tmp_path):
 
 
 def test_resistors_across_the_rails_are_part_of_the_held_circuit(tmp_path):
-    """The ideal bridge carries them; it stands for nothing else that is beside the store and the load.
+    """The ideal bridge carries them; it represents nothing else that is next to the store and the load.
 
     The current into a store that is held is then smaller by V/R.
     """
@@ -307,7 +307,7 @@ def test_the_current_of_a_function_that_leaves_no_digits_to_the_others_is_no_ans
 
 
 def test_a_blocked_mosfet_leaks_as_in_ngspice(tmp_path):
-    """Through its two junctions, gmin each, and nothing beside them."""
+    """Through its two junctions, gmin each, and nothing next to them."""
     body = "V1 a n 3\nM1 a n x n m\nRx x n 1e12\nRload p n 100k\n.model m nmos\n"
     circuit = compiled(driven(tmp_path, body))
     assert len(circuit.system.leaks) == 2

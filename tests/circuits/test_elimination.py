@@ -1,4 +1,4 @@
-"""Elimination as straight lines solves what numpy solves, and says where its pivots fail."""
+"""Elimination as straight lines solves what numpy solves, and states where its pivots fail."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def test_random_matrices(seed):
 
 
 def test_a_place_that_may_be_zero_is_no_pivot():
-    """Such as the derivative of a source that is cut off; where it comes first all the same, the lines say so."""
+    """Such as the derivative of a source that is cut off; where it comes first all the same, the lines state so."""
     pattern = np.array([[True, True], [True, True]])
     samples = np.array([[[1.0, 1.0], [1.0, 2.0]], [[0.0, 1.0], [1.0, 0.0]]])
     order = pivots(samples, pattern)

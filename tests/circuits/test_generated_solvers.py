@@ -61,7 +61,7 @@ def bytecode_of(source):
 def test_bytecode_beside_a_source_is_not_read(cache, damage):
     """With the source's time and size in its head it was run; cut off, it ended each later run.
 
-    That run said "marshal data too short", with the status of an interrupt.
+    That run stated "marshal data too short", with the status of an interrupt.
     """
     assert value() == 6.0
     (source,) = cache.glob("circuit_*.py")

@@ -1,4 +1,4 @@
-"""What is said of netlists: bad ones in one line that names the element, and which elements are served."""
+"""What is reported of netlists: bad ones in one line that names the element, and which elements are supported."""
 
 import sys
 from concurrent.futures import ThreadPoolExecutor

@@ -1,4 +1,4 @@
-"""The doctor tells what is there, what is missing, and how to get it; it never fails."""
+"""The doctor reports what is there, what is missing, and how to get it; it never fails."""
 
 import json
 
@@ -32,7 +32,7 @@ def test_all_is_well():
 
 @pytest.mark.parametrize(
     ("library", "says"),
-    [("/nonexistent", "'pip install piezo-harvester[ngspice]'"), ("/etc/passwd", "does not load")],
+    [("/nonexistent", "run 'unset NGSPICE_LIBRARY_PATH'"), ("/etc/passwd", "does not load")],
 )
 def test_no_ngspice(monkeypatch, library, says):
     monkeypatch.setenv("NGSPICE_LIBRARY_PATH", library)

@@ -25,7 +25,7 @@ def test_list(harvester):
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_a_copy_is_the_same_scene(harvester, tmp_path, monkeypatch, path):
-    """Its records and netlists come along: in an empty folder it says the same, to the last byte of its files."""
+    """Its records and netlists come along: in an empty folder it states the same, to the last byte of its files."""
     monkeypatch.chdir(tmp_path)
     status, out, _ = harvester("examples", path.stem)
     assert status == 0
@@ -119,7 +119,7 @@ def test_tour(harvester, tmp_path, monkeypatch):
 
 @pytest.mark.ngspice
 def test_tour_without_ngspice(harvester, tmp_path, monkeypatch):
-    """The step that needs it is left out, with the remedy in one line; the others go on."""
+    """The step that needs it is left out, with the remedy in one line; the others continue."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("NGSPICE_LIBRARY_PATH", "/nowhere/libngspice.so")
     formula = next(step for step in STEPS if "averaged" in step[1])

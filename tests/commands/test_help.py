@@ -1,4 +1,4 @@
-"""Help that teaches and is there at once; colours where they are wanted; errors that say what to type."""
+"""Help that teaches and is there at once; colours where they are wanted; errors that state what to type."""
 
 import dataclasses
 import json
@@ -37,7 +37,7 @@ HEAVY = (
 
 
 def best_of(count, *args, program=("-m", "harvester")):
-    """Processor seconds from a cold start of the interpreter, the best of some: other work may run beside the tests."""
+    """CPU seconds from a cold start of the interpreter, the best of some: other work may run next to the tests."""
     took = []
     for _ in range(count):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -51,7 +51,7 @@ def best_of(count, *args, program=("-m", "harvester")):
 
 @pytest.mark.slow
 def test_help_is_there_at_once():
-    """Measured .07 s; and it loads nothing that computes."""
+    """Measured 0.07 s; and it loads nothing that computes."""
     assert best_of(3, "--help") < 0.4
     code = "import sys, harvester.cli; print([m for m in sys.modules if m in ('numpy', 'pydantic', 'pint', 'tqdm')])"
     assert (
@@ -64,7 +64,7 @@ def test_help_is_there_at_once():
 
 @pytest.mark.slow
 def test_the_package_is_there_at_once():
-    """Measured .03 s of a processor for `import harvester`, of which the interpreter itself takes .013."""
+    """Measured 0.03 s of a processor for `import harvester`, of which the interpreter itself needs 0.013."""
     assert best_of(3, program=("-c", "import harvester")) < 0.1
 
 
@@ -177,7 +177,7 @@ def test_errors_say_what_to_type(harvester, args, says):
 
 @pytest.mark.slow
 def test_a_budget_that_is_too_small(harvester):
-    """The warning says which one reaches the target; with that it is reached."""
+    """The warning states which one reaches the target; with that it is reached."""
     args = ("run", FIGURE, "--engine", "ensemble", "--within", "0.05%", "--json")
     told = json.loads(harvester(*args, "--budget", "0.02")[1])
     word = next(word for word in told["warnings"] if "was not reached" in word)

@@ -16,7 +16,7 @@ from tests.support.to_scene import equations
 
 
 def options(sheet):
-    """The options that say what a datasheet says."""
+    """The options that state what a datasheet states."""
     return [
         part for name, value in sheet.items() for part in ("--" + name.replace("_", "-"), value)
     ]

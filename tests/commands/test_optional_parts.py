@@ -47,7 +47,7 @@ OF_DEVELOPERS = {"test", "docs", "bench"}
 
 @pytest.fixture
 def without(monkeypatch):
-    """Takes the modules of a part away, and for ngspice the system's library too."""
+    """Takes the modules of a part away, and for ngspice the system's library as well."""
 
     def remove(extra):
         for name in PARTS[extra][0]:

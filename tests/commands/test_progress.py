@@ -81,7 +81,7 @@ def test_a_row_says_which_of_how_many(clock):
 )
 @pytest.mark.parametrize("screen", [Screen, io.StringIO], ids=["terminal", "pipe"])
 def test_long_work_says_so_first(clock, monkeypatch, each, told, screen):
-    """After a row of each engine, once, on a terminal and in a pipe; work of half a minute says nothing."""
+    """After a row of each engine, once, on a terminal and in a pipe; work of half a minute states nothing."""
     where = screen()
     monkeypatch.setattr("sys.stderr", where)
     with RowsBar("sweep", {"spice": 10}, shorter="fewer runs") as bar:
@@ -99,7 +99,7 @@ def test_long_work_says_so_first(clock, monkeypatch, each, told, screen):
     [(0.02, "tolerance: about 8.3 min in all; fewer runs shortens it\n"), (0.15, "")],
 )
 def test_parts_that_are_alike_say_it_early(clock, monkeypatch, enough, told):
-    """Ten of 500 runs, which are all alike, tell how long the whole takes."""
+    """Ten of 500 runs, which are all alike, report how long the whole takes."""
     monkeypatch.setattr("sys.stderr", where := io.StringIO())
     with Bar("tolerance", shorter="fewer runs", enough=enough) as bar:
         for run in range(1, 12):

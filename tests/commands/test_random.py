@@ -58,7 +58,7 @@ def tries(count):
 
 @pytest.fixture(scope="module", autouse=True)
 def folder(tmp_path_factory):
-    """A folder with a scene's records, beside one that a scene must not read."""
+    """A folder with a scene's records, next to one that a scene must not read."""
     here = tmp_path_factory.mktemp("random") / "scene"
     here.mkdir()
     for name in ("shake.csv", "shake_psd.csv"):

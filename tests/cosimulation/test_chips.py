@@ -120,7 +120,7 @@ def test_hard_cases_of_a_step_down_chip(voc, given, low, high):
 
 
 def test_a_step_up_chip_holds_its_input_and_gives_what_it_says():
-    """The input stands at half of what a look saw, and the load gets both efficiencies of a bridge's power there."""
+    """The input is at half of what a look saw, and the load gets both efficiencies of a bridge's power there."""
     voc, r = 5.0, 20e3
     t, store, out, vin, power = traces(
         "bq25570",

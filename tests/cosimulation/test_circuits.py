@@ -2,7 +2,7 @@
 
 Voc = theta x/Cp is the amplitude of the open-circuit voltage.  The closed forms hold for a
 smoothing capacitor that holds its voltage over a period (here R C is ten periods or more) and for
-inversions short beside the period (.07 ms of 314 ms); diodes enter with their voltage drop, the
+inversions short next to the period (0.07 ms of 314 ms); diodes enter with their voltage drop, the
 coil with its quality factor.
 """
 
@@ -248,7 +248,7 @@ def test_power_of_the_resistor(share):
 def test_power_of_sece(resistance, motion):
     """P = eta 2 w Cp Voc^2/pi, whatever the load, where the bridge's falls to two fifths.
 
-    Within 4 %: the switch closes over some .05 ms of the quarter oscillation's .5, and an
+    Within 4 %: the switch closes over some 0.05 ms of the quarter oscillation's 0.5, and an
     occasional extremum that falls into a long step is resolved coarsely.
     """
     voc, w = motion or (VOC, W)
@@ -260,7 +260,7 @@ def test_power_of_sece(resistance, motion):
 @pytest.mark.thorough("test_voltage_of_the_load")
 @pytest.mark.parametrize("name", FORMS)
 def test_best_load(name):
-    """P(s)/P(1) = 4 s/(1 + s)^2 at s times the best load: .71 at .3, .75 at 3."""
+    """P(s)/P(1) = 4 s/(1 + s)^2 at s times the best load: 0.71 at 0.3, 0.75 at 3."""
     low, best, high = (at_load(name, share * best_load(name))[0] for share in (0.3, 1.0, 3.0))
     assert low / best == pytest.approx(1.2 / 1.69, rel=0.03)
     assert high / best == pytest.approx(12 / 16, rel=0.03)
@@ -329,7 +329,7 @@ def test_netlists_run_by_hand(path):
 @pytest.mark.thorough("test_voltage_of_the_load")
 @pytest.mark.parametrize("name", sorted(BEST))
 def test_example_scenes(name):
-    """Every circuit has a scene, and one that detects the extrema is told the piezo's capacitance."""
+    """Every circuit has a scene, and one that detects the extrema is reported the piezo's capacitance."""
     scene = load(netlist_folder().parent / "examples" / f"plate_{name}.toml")
     given = load_circuit(scene.load, 1.5 * scene.piezo.capacitance).parameters
     assert scene.load.netlist == name

@@ -1,4 +1,4 @@
-"""A worker that compiles what runs beside a compiled circuit need, while the program compiles the rest."""
+"""A worker that compiles what runs next to a compiled circuit need, while the program compiles the rest."""
 
 import dataclasses
 from concurrent.futures import Future

@@ -279,7 +279,7 @@ class Failing(Wrong):
 @pytest.mark.slow
 @pytest.mark.parametrize("compiled", [True, False])
 def test_what_fails_on_the_way_is_one_line(compiled):
-    """It says which function, when, and in which state; the next run is as good as ever."""
+    """It states which function, when, and in which state; the next run is as good as ever."""
     told = (
         "model.drift` must give finite numbers",
         "model.event` at 0.025 s",

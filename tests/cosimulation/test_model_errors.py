@@ -82,7 +82,7 @@ def test_an_interrupt_of_the_user_s_stays_one():
 @pytest.mark.parametrize("where", ["drift", "kick", "source"])
 @pytest.mark.parametrize("error", ENDS, ids=lambda error: type(error).__name__)
 def test_the_same_on_the_way(error, where):
-    """In the worker: ctypes printed the exception, the run went on, and "did not converge"."""
+    """In the worker: ctypes printed the exception, the run continued, and "did not converge"."""
     words = rf"^`model\.{where}` must give its numbers, but raises {type(error).__name__}.*{HERE}$"
     with pytest.raises(hv.InputError, match=words):
         run(Raising(error, where, 5e-4))
@@ -124,7 +124,7 @@ class Compiled(NamedTuple):
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_a_compiled_model_that_raises_gives_no_answer(capfd):
-    """Its exception was printed by the worker, and a model that stood still was the answer."""
+    """Its exception was printed by the worker, and a model that was at rest was the answer."""
     with pytest.raises(ValueError, match="too small") as told:
         run(Compiled())
     assert any("(test_model_errors.py, line " in note for note in told.value.__notes__)
@@ -151,7 +151,7 @@ class Unknown(Compiled):
     ("kind", "why"), [(Mixed, f".*{HERE}"), (Unknown, "NameError: name 'undefined' .*")]
 )
 def test_a_model_that_is_not_compiled_is_named_with_its_line(kind, why):
-    """Or, if numba does not tell the line, with the name that it does not know."""
+    """Or, if numba does not report the line, with the name that it does not know."""
     words = rf"^`model` must be such that numba compiles it, but {kind.__name__} is not: {why} "
     with pytest.raises(hv.InputError, match=words) as told:
         run(kind())

@@ -73,7 +73,7 @@ PAIRS = [
 @pytest.mark.parametrize("name, resistance, smoothing", PAIRS)
 def test_any_load_and_capacitor(name, resistance, smoothing):
     """A load of 1 ohm to 1 Gohm and a capacitor of 1 nF to 1 F: the load gets no more than the mass gives, or a
-    named error says where the circuit is in trouble.
+    named error states where the circuit is in trouble.
     """
     try:
         power, taken = measured(device(STOP, 20.0, rectifier(name, resistance, smoothing)))
@@ -87,7 +87,7 @@ def test_any_load_and_capacitor(name, resistance, smoothing):
 @pytest.mark.parametrize("volts", [0.1, 0.3, 0.8])
 @pytest.mark.parametrize("name", RECTIFIERS)
 def test_knee_of_the_diode(name, volts):
-    """Voc of .1 to .8 V, where the diodes hardly conduct: the load gets no more than the mass gives."""
+    """Voc of 0.1 to 0.8 V, where the diodes hardly conduct: the load gets no more than the mass gives."""
     power, taken = measured(device(STOP, volts, rectifier(name)))
     assert 0.0 <= power < 1.02 * taken
 
@@ -159,7 +159,7 @@ def test_strong_coupling_of_rectifiers(beta, name):
 @pytest.mark.parametrize("mu", [0.01, 1.0, 100.0])
 @pytest.mark.parametrize("beta", [1.2, 10.0])
 def test_strong_coupling_with_a_stop(beta, mu):
-    """beta of 1.2 and 10, mu of .01 to 100, with impacts: the path of the exact update until impacts part them."""
+    """beta of 1.2 and 10, mu of 0.01 to 100, with impacts: the path of the exact update until impacts part them."""
     noise = gaussian_grid(SEED, 400)
     h = 0.1 / math.sqrt(1.0 + beta)
     eqs = changed(STOP, beta=beta, mu=mu)

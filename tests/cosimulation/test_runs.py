@@ -97,7 +97,7 @@ def with_settings_of_a_stranger(folder, device, noise):
 
 
 def test_a_folder_that_the_environment_names_is_not_read(tmp_path):
-    """ngspice ran the commands there, those of a shell too, and a temperature of 150 degrees was silent."""
+    """ngspice ran the commands there, those of a shell as well, and a temperature of 150 degrees was silent."""
     one = device(load_circuit(Load(netlist="bridge")))
     process = processes.create()
     try:
@@ -145,7 +145,7 @@ def in_this_very_process(folder):
 
 
 def test_a_worker_runs_ngspice_itself_until_it_fails(tmp_path):
-    """With the same path to the last digit; what stands in its current folder, or its home, is not run."""
+    """With the same path to the last digit; what is in its current folder, or its home, is not run."""
     (tmp_path / ".spiceinit").write_text("shell touch ran\n")
     process = processes.create()
     try:

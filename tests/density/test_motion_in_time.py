@@ -52,7 +52,7 @@ def test_marginal_densities_of_a_linear_scene_are_gaussian():
 @pytest.mark.thorough("test_spectrum_of_a_linear_scene_is_the_closed_form")
 @pytest.mark.statistics
 def test_voltage_beside_a_stop_is_distributed_as_on_a_path():
-    """The share of the time in each tenth of the range, within the error that half of the terms tell."""
+    """The share of the time in each tenth of the range, within the error that half of the terms report."""
     found = hv.densities(
         scene(changed(PAPER, c1=-0.05, c2=None, c3=None, n2=None, mu=1.0)), within=1e-3
     )

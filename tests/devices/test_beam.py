@@ -136,7 +136,7 @@ def test_further_modes_with_a_tip_mass():
 
 
 def test_modes_in_the_scene(harvester, tmp_path):
-    """Flag --modes writes tables [[mode]] that the scene reads, beside the first mode as it is without."""
+    """Flag --modes writes tables [[mode]] that the scene reads, next to the first mode as it is without."""
     for name, modes in (("one", ()), ("three", ("--modes", "3"))):
         status, _, err = harvester("new", tmp_path / f"{name}.toml", *FLAGS, *modes)
         assert (status, err) == (0, "")

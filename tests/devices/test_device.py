@@ -1,4 +1,4 @@
-"""From a datasheet to a scene: the file says exactly what the fields said."""
+"""From a datasheet to a scene: the file states exactly what the fields stated."""
 
 import math
 

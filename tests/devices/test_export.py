@@ -91,7 +91,7 @@ def test_without_a_stop(more):
 
 @pytest.mark.ngspice
 def test_the_bench_is_right_to_a_thousandth():
-    """With the step that the file prints: E[V^2] of the response to a sinusoid, which was up to .5 % off."""
+    """With the step that the file prints: E[V^2] of the response to a sinusoid, which was up to 0.5 % off."""
     one = scene(shaking='acceleration_amplitude = "0.05 g"\nfrequency = 4.1')
     step = float(re.search(r"\.tran (\S+)", part(Problem.of(one), "device"))[1])
     true = hv.Exact().run(one)
@@ -254,7 +254,7 @@ def test_command(tmp_path, harvester):
 
 
 def test_the_file_is_neither_a_folder_nor_the_scene(tmp_path):
-    """Where it would be no file, or replace what it is made of, nothing is written."""
+    """If it would be no file, or replace what it is made of, nothing is written."""
     whole = tmp_path / "mine.toml"
     whole.write_text((EXAMPLES / "plate.toml").read_text())
     before = whole.read_text()

@@ -1,4 +1,4 @@
-"""The exported part in front of a bridge and of a chip, in `ngspice -b`, beside the same scene in lock-step."""
+"""The exported part in front of a bridge and of a chip, in `ngspice -b`, next to the same scene in lock-step."""
 
 import numpy as np
 import pytest

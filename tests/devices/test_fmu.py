@@ -139,7 +139,7 @@ print(json.dumps(shown(one, "base_force", "velocity", "displacement")))
 
 
 def test_states_reset_and_instances():
-    """A state saved, also as bytes, goes on alike; reset begins again; two instances are apart."""
+    """A state saved, also as bytes, continues alike; reset begins again; two instances are apart."""
     found = fmu.run(
         fmu.built("plate_with_stop.toml"),
         """

@@ -1,4 +1,4 @@
-"""An FMU beside the package's own kernels: the same path to 1e-13, the same mean power, and orders of a master."""
+"""An FMU next to the package's own kernels: the same path to 1e-13, the same mean power, and orders of a master."""
 
 import math
 import runpy

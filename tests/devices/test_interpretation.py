@@ -123,7 +123,7 @@ DRIVE = {"acceleration_amplitude": "0.5 g", "resistance": "200 kohm"}
 
 @pytest.mark.parametrize("drive", ["3.3 Hz", "10 Hz"])
 def test_a_drive_that_misses_the_resonance_gets_a_warning(drive):
-    """Where the named frequency gives as many times the power as it says, by engine `exact`."""
+    """If the named frequency gives as many times the power as it states, by engine `exact`."""
     problem = problem_of({**SHEET, **DRIVE, "drive_frequency": drive})
     found = meaning(problem)
     words = [str(one) for one in found.remarks if one.code == "drive_off_resonance"]

@@ -87,7 +87,7 @@ def test_four_threads_with_all_engines_give_the_bits_of_one():
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_four_processes_of_four_threads_give_the_bits_of_one(tmp_path):
-    """Files that processes share (machine code, solvers, journals of ngspice) would change an answer, too."""
+    """Files that processes share (machine code, solvers, journals of ngspice) would change an answer as well."""
     alone = {name: bits(run) for name, run in runs().items()}
     (tmp_path / "alone.json").write_text(json.dumps(alone))
     command = [sys.executable, "-m", __name__, str(LONG_ROUNDS), str(tmp_path / "alone.json")]

@@ -1,6 +1,6 @@
 """A budget bounds every engine, whose kernels are compiled ahead, and the study of what accuracy costs.
 
-The processor's time of this process is bounded, a core each, which other programs on the machine do
+The CPU time of this process is bounded, a core each, which other programs on the machine do
 not change; it is below the time that passes.
 """
 
@@ -30,7 +30,7 @@ STOPPED = hv.load(EXAMPLES / "plate_with_stop.toml")
 
 
 def seconds_of(run):
-    """The processor's time of a second call on one core, and what it gives; None if it asks for a longer budget."""
+    """The CPU time of a second call on one core, and what it gives; None if it asks for a longer budget."""
     answer = None
     for _ in range(2):
         begin = time.process_time()
@@ -62,7 +62,7 @@ def test_an_engine_ends_in_its_budget(scene, engine):
 
 @pytest.mark.ngspice
 def test_a_chip_in_a_short_budget_is_within_its_error_of_the_whole_answer():
-    """Longer steps are part of the error; if no step is long enough the quick answer comes, and says so."""
+    """Longer steps are part of the error; if no step is long enough the quick answer comes, and states so."""
     scene = DRIVEN
     whole = hv.Slow().run(scene).mean_power
     for budget in (1.0, 0.05):

@@ -100,7 +100,7 @@ def test_who_gives_up_leaves_the_budget_to_the_next(monkeypatch, bridge):
     assert found.engine == "compiled"
     assert (
         "engine 'compiled' was chosen as the cheapest: its stated error, 0.5 %, is within 1 % "
-        "('spice' about 6 min 40 s would be needed)" in found.reason
+        "('spice' would need about 6 min 40 s)" in found.reason
     )
 
 
@@ -130,7 +130,7 @@ def test_an_answer_without_its_whole_error_is_the_last_choice(monkeypatch, bridg
     unknown = [answer_of(name, 0.001, unknown="the step") for name in ("spice", "compiled")]
     answering(monkeypatch, {"spice": unknown[:1], "compiled": unknown[1:]})
     found = hv.run(bridge, within="1%")
-    assert "none reaches 1 %, and no error is known whole" in found.reason
+    assert "none reaches 1 %, and no total error is known" in found.reason
     json.dumps([said.as_json() for said in found.diagnostics], allow_nan=False)
 
 

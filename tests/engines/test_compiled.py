@@ -60,7 +60,7 @@ def test_what_extrapolation_leaves_of_a_bias_is_within_what_is_stated(tmp_path, 
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_a_difference_from_ngspice_is_found(tmp_path, monkeypatch):
-    """Beside a stop none above 0.1 %, and of a circuit that ngspice has with other diodes more."""
+    """Next to a stop none above 0.1 %, and of a circuit that ngspice has with other diodes more."""
     bridge = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
     problem = Problem(dataclasses.replace(bridge, stop=hv.Stop(restitution=0.7)))
     circuit = compiled_circuit(problem.circuit, problem.scales)

@@ -1,4 +1,4 @@
-"""Probes and powers of elements by engine `compiled`, beside ngspice and beside the elements' laws."""
+"""Probes and powers of elements by engine `compiled`, next to ngspice and next to the elements' laws."""
 
 from dataclasses import replace
 

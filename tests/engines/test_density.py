@@ -74,7 +74,7 @@ def test_at_many_points_it_computes_what_is_asked():
 
 @pytest.mark.slow
 def test_a_budget_that_ends_too_early_is_said(monkeypatch):
-    """The least answer is given in this scene, which takes a second of the processor."""
+    """The least answer is given in this scene, which takes a second of CPU time."""
     monkeypatch.setattr("harvester.density.pace.SHORTEST", math.inf)
     answer = hv.Density(within=1e-7, budget=0.01).run(scene(PAPER))
     (warning,) = answer.warnings

@@ -200,7 +200,7 @@ def test_netlist_load():
 
 @pytest.mark.ngspice
 def test_a_netlist_of_ones_own(tmp_path):
-    """The same circuit, compiled, stands beside it and gives the bias of the step; no ideal one serves it."""
+    """The same circuit, compiled, is next to it and gives the bias of the step; no ideal one supports it."""
     own = tmp_path / "own.cir"
     own.write_text(".subckt own p n R=1Meg\nRload p n {R}\nR2 p n 1G\n.ends\n")
     answer = hv.Spice(trajectories=2, duration=2.0).run(PLATE.with_load(hv.Load(netlist=str(own))))
@@ -272,7 +272,7 @@ def test_refusals(monkeypatch):
     with pytest.raises(InputError, match="`trajectories`"):
         hv.Ensemble(trajectories=0)
     monkeypatch.setenv("NGSPICE_LIBRARY_PATH", "/nonexistent/libngspice.so")
-    with pytest.raises(MissingProgramError, match="apt-get install"):
+    with pytest.raises(MissingProgramError, match="unset NGSPICE_LIBRARY_PATH"):
         hv.Spice().run(PLATE)
 
 
@@ -472,7 +472,7 @@ def test_a_formula_says_where_it_is_not_within():
 
 
 def test_a_mass_that_does_not_move_takes_no_power():
-    """Held on a stop: the balance of power is zeros, no nan (which --json cannot say)."""
+    """Held on a stop: the balance of power is zeros, no nan (which --json cannot state)."""
     held = changed(
         linear(0.05, 1.0),
         n1=None,
@@ -524,7 +524,7 @@ def test_a_coupling_that_asks_for_too_short_a_step_is_refused_at_once(engine):
 
 
 def test_open_circuit_with_a_stop_is_the_variance():
-    """`averaged` leaves out the mean that V keeps from its start, and says so; `ensemble` tells both together."""
+    """`averaged` leaves out the mean that V keeps from its start, and states so; `ensemble` reports both together."""
     found = hv.Averaged().run(OPEN)
     many = hv.Ensemble(trajectories=1024).run(OPEN)
     assert any(

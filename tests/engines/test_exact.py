@@ -1,4 +1,4 @@
-"""What `exact` says of the motion beside the power, against an integration of the equations."""
+"""What `exact` states of the motion next to the power, against an integration of the equations."""
 
 import math
 
@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import harvester as hv
+from tests.support.systems import BEAM, SECOND, THIRD
 
 NGSPICE = [pytest.mark.ngspice, pytest.mark.thorough("test_amplitudes_of_engines_that_step")]
 DRIVEN = {"c1": -0.2, "beta": 0.4, "mu": 0.7, "drive": 0.3, "drive_frequency": 1.1}
@@ -100,6 +101,19 @@ def test_amplitudes_of_engines_that_step(scene, engine):
     ):
         assert abs(details[name] - true) <= details[f"{name}_bias"] < 0.01 * true
     assert details["displacement_rms_bias"] < 1e-3 * details["displacement_rms"]
+
+
+@pytest.mark.slow
+@pytest.mark.thorough("test_amplitudes_of_engines_that_step")
+def test_amplitudes_of_several_modes():
+    """The swing of the oscillator and the peak of the voltage are those of the complex amplitudes."""
+    drive = hv.Excitation(acceleration_amplitude="0.5 g", frequency="50 Hz")
+    scene = BEAM.replace(mode=(SECOND, THIRD), excitation=drive)
+    stepped, true = (kind().run(scene).details for kind in (hv.Ensemble, hv.Exact))
+    for name in ("displacement_rms", "displacement_amplitude", "voltage_amplitude"):
+        # a kick is at most half of its interval from the largest value
+        assert math.isclose(stepped[name], true[name], rel_tol=2e-5)
+        assert stepped[f"{name}_bias"] < 1e-4 * true[name]
 
 
 def test_chaos_and_several_responses_have_no_one_amplitude():

@@ -38,7 +38,7 @@ def test_what_is_not_measured_is_a_warning():
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_of_weak_shaking_it_is_large():
-    """A SECE at .7 V leaves much in its diodes, which ideal ones do not."""
+    """A SECE at 0.7 V leaves much in its diodes, which ideal ones do not."""
     sece = hv.load(EXAMPLES / "plate_sece.toml")
     weak = dataclasses.replace(
         sece.excitation, acceleration_psd=sece.excitation.acceleration_psd / 16.0

@@ -116,7 +116,7 @@ def test_who_runs_side_by_side():
 
 
 def test_answers_do_not_depend_on_the_batch():
-    """A scene's answer is the same beside others and in a batch of its own."""
+    """A scene's answer is the same next to others and in a batch of its own."""
     scenes = [scene(**SCENES["stop"] | {"mu": mu}) for mu in (0.1, 0.5, 2.0)]
     engine = hv.Ensemble(within="1%")
     together = engine.run_many(scenes, [7, 8, 9])

@@ -1,4 +1,4 @@
-"""Means that noise of the stiffness takes away: said before the run, by every engine alike."""
+"""Means that noise of the stiffness takes away: stated before the run, by every engine alike."""
 
 import dataclasses
 import statistics
@@ -21,7 +21,7 @@ def device(D22, restitution=None, beta=0.05, c1=-0.05):
 
 @pytest.mark.parametrize("name", ["published", "averaged", "ensemble", "spice", "cheapest"])
 def test_no_engine_computes_a_mean_that_does_not_exist(name):
-    """The scene of which `ensemble` made a mean for ever; it takes no compilation and no ngspice to say so."""
+    """The scene of which `ensemble` made a mean for ever; it takes no compilation and no ngspice to state so."""
     begin = time.perf_counter()
     options = {"within": "1%"} if name == "cheapest" else {}
     with pytest.raises(
@@ -91,7 +91,7 @@ def test_what_may_be_missing():
 @pytest.mark.thorough("test_no_engine_computes_a_mean_that_does_not_exist")
 @pytest.mark.statistics
 def test_a_mean_without_a_variance_has_no_stated_error():
-    """`within` is not pursued there, and error95 is null: a finite mean, whose sampling error nothing tells.
+    """`within` is not pursued there, and error95 is null: a finite mean, whose sampling error nothing reports.
 
     One seed may be half as much again off; the median of five scatters little.
     """

@@ -36,7 +36,9 @@ def scene(folder, store, load, **oscillator):
     )
 
 
-STORE_SETTLES = "the store settles in 1 h 20 min; 'harvester charge' computes its way up"
+STORE_SETTLES = (
+    "the storage capacitor settles in 1 h 20 min; 'harvester charge' computes its way up"
+)
 RHYTHM = "a switch of the netlist may have a rhythm of its own"
 INITIAL = "the runs begin at IC= or .ic, which may be far from the steady state; leave it out"
 

@@ -66,7 +66,7 @@ def test_the_answer_holds_the_reference(name, tmp_path):
 
 
 def test_a_record_is_doubted_alike_by_all_engines(tmp_path):
-    """`spice` did not say that the join of a record matters, where its answer is a periodic response."""
+    """`spice` did not state that the join of a record matters, where its answer is a periodic response."""
     scene = products.scene_of("resistor", "recorded", "free", tmp_path)
     record = (tmp_path / "shake.csv").read_text().splitlines()
     (tmp_path / "shake.csv").write_text("\n".join(record[:-170]) + "\n")  # it ends amid the motion
@@ -78,7 +78,7 @@ def test_a_record_is_doubted_alike_by_all_engines(tmp_path):
 
 @pytest.mark.thorough("test_netlist_load")
 def test_a_resistor_alone_is_paired_by_whatever_name(tmp_path):
-    """It was sampled without the exact model beside it: 37 % from 8 runs, where that leaves 0.4 %."""
+    """It was sampled without the exact model next to it: 37 % from 8 runs, where that leaves 0.4 %."""
     scene = products.scene_of("resistor", "coloured", "gap", tmp_path)
     own = tmp_path / "shunt.cir"
     own.write_text("* my load\n.subckt shunt a b ohms=35k\nRload b a {ohms}\n.ends\n")

@@ -1,4 +1,4 @@
-"""Impacts that accumulate: the error that `ensemble` states holds what a solution without sampling says.
+"""Impacts that accumulate: the error that `ensemble` states holds what a solution without sampling states.
 
 E[V^2] by engine `density`, errors below 2e-7 of it (`hv.Density(within=1e-6)`, 2026-11-23).
 """
@@ -40,7 +40,7 @@ def test_the_stated_error_holds(restitution):
 @pytest.mark.thorough("test_the_stated_error_holds")
 @pytest.mark.parametrize("restitution", SQUARES)
 def test_a_target_is_reached(restitution):
-    """Towards .1 % the step falls to where the bias leaves room."""
+    """Towards 0.1 % the step falls to where the bias leaves room."""
     v2 = hv.Ensemble(within=1e-3, seed=6).run(device(restitution)).mean_square_voltage
     assert v2.error95 <= 1e-3 * v2.value
     assert abs(v2.value - SQUARES[restitution]) < 4.0 / 1.96 * v2.error95
@@ -48,7 +48,7 @@ def test_a_target_is_reached(restitution):
 
 @pytest.mark.thorough("test_no_engine_computes_a_mean_that_does_not_exist")
 def test_a_number_that_is_infinite_is_not_given():
-    """Below a restitution coefficient of .163 infinitely many impacts end in a finite time."""
+    """Below a restitution coefficient of 0.163 infinitely many impacts end in a finite time."""
     few, many = (hv.Density(within=2e-3).run(device(r)) for r in (0.3, 0.1))
     assert few.details["impact_rate"] > 0.0
     assert "impact_rate" not in many.details

@@ -12,7 +12,7 @@ WELLS = Equations(linear=-1.0, alpha=1.0, alpha2=0.1, beta=0.1, mu=0.5, c1=-0.05
 @pytest.mark.thorough("test_burn_in_waits_for_rare_hops")
 @pytest.mark.statistics
 def test_rare_hops_end_in_an_answer():
-    """It once went on for minutes; the mean of either well is within the error, and the target is not promised."""
+    """It once continued for minutes; the mean of either well is within the error, and the target is not promised."""
     answer = hv.Ensemble(within="1%").run(scene(WELLS))
     power = answer.mean_power
     assert power.model > 0.01 * power.value

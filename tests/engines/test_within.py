@@ -102,7 +102,7 @@ def test_a_loose_target_takes_few_runs_of_ngspice():
 
 @pytest.mark.ngspice
 def test_a_budget_that_is_too_small():
-    """It ends in time, says what it has reached, and what it would take."""
+    """It ends in time, states what it has reached, and what it would take."""
     answer = hv.Ensemble(within=1e-5, budget=0.5).run(scene(PAPER))
     assert answer.seconds < 2.0
     assert "was not reached in 0.5 s" in str(answer.warnings[-1])
@@ -122,7 +122,7 @@ def test_what_was_spent_before_the_first_look_counts():
 @pytest.mark.thorough("test_within_is_reached_and_told")
 @pytest.mark.ngspice
 def test_a_step_that_is_given_stays():
-    """--dt is kept, and what it does not allow is said."""
+    """--dt is kept, and what it does not allow is reported."""
     coarse = 0.02  # s; its bias is several per cent
     answer = hv.Ensemble(within=0.002, dt=coarse, seed=5).run(STOP)
     assert answer.details["step"] == pytest.approx(coarse)

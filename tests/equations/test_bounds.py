@@ -54,7 +54,7 @@ def test_what_a_circuit_may_hold_is_not_refused():
     ],
 )
 def test_no_step_turns_what_friction_feeds_into_a_loss(eqs, feed):
-    """From a feed of 1 a step on, 1/(1 + y + y^2/2) falls where exp(-y) grows: E[V^2] was 1e-5."""
+    """From a feed of 1 per step on, 1/(1 + y + y^2/2) falls where exp(-y) grows: E[V^2] was 1e-5."""
     assert strongest_feed(eqs) == pytest.approx(feed)
     assert Trajectories(eqs, 64, SEED).h * feed <= 0.5
     if feed:
@@ -87,7 +87,7 @@ def test_a_path_that_grows_is_told_from_one_that_only_begins_quietly():
 
 @pytest.mark.slow
 def test_a_softening_spring_under_a_sinusoid_is_served_while_it_holds_the_mass():
-    """The mean of V^2 is that of an accurate solver, over the last of 60 periods; a drive too strong is told."""
+    """The mean of V^2 is that of an accurate solver, over the last of 60 periods; a drive too strong is reported."""
     table = {
         "alpha": -0.3,
         "c1": -0.1,

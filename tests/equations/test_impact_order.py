@@ -1,4 +1,4 @@
-"""The order of the step's bias beside a stop, from the law of the speeds with which a mass returns to it."""
+"""The order of the step's bias next to a stop, from the law of the speeds with which a mass returns to it."""
 
 import math
 
@@ -39,7 +39,7 @@ def test_the_order_solves_its_equation(r):
 
 
 def test_orders_between_no_and_all_restitution():
-    """It grows from .75 to 2 with the restitution coefficient; a half gives 1.5."""
+    """It grows from 0.75 to 2 with the restitution coefficient; a half gives 1.5."""
     orders = [impact_order(0.02 * k) for k in range(51)]
     assert orders == sorted(orders)
     assert (orders[0], orders[25], orders[50]) == pytest.approx((0.75, 1.5, 2.0), abs=1e-9)

@@ -101,7 +101,7 @@ def test_round_trip(eqs, stops, device):
 
 
 def test_plate_by_hand():
-    """The 40 g plate: w0 = sqrt(16/.04), beta = 1e-6/(16 x 50.2e-9), mu = 1/(1e6 x 50.2e-9 x 20), 2 zeta = .008."""
+    """The 40 g plate: w0 = sqrt(16/.04), beta = 1e-6/(16 x 50.2e-9), mu = 1/(1e6 x 50.2e-9 x 20), 2 zeta = 0.008."""
     eqs, s = equations(PLATE), scales(PLATE)
     assert s.frequency == pytest.approx(20.0, rel=1e-12)
     assert eqs.beta == pytest.approx(1.2450, abs=5e-5)
@@ -111,7 +111,7 @@ def test_plate_by_hand():
 
 
 def test_every_coefficient_by_hand():
-    """At l = 2 mm: w0 = 20, M w0 = .8."""
+    """At l = 2 mm: w0 = 20, M w0 = 0.8."""
     eqs, s = equations(FULL, length=2e-3), scales(FULL, length=2e-3)
     by_hand = Equations(
         alpha2=2e-3 * 2e3 / 16,
@@ -306,7 +306,7 @@ def test_correlated_noise_has_no_device():
 
 
 def test_every_coefficient_belongs_to_an_effect():
-    """One that no entry names would be computed with and told by no answer."""
+    """One that no entry names would be computed with and reported by no answer."""
     parameters = {
         "opposite_gap",
         "stop_damping",

@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 import harvester as hv
-from harvester.explore.background import Background
 from harvester.explore.draft import Draft, first
+from harvester.explore.runs import Background
 
 pytestmark = pytest.mark.slow
 
 
 def last(told):
-    """The last that a run says, and all before."""
+    """The last that a run states, and all before."""
     said = []
     while not said or "fraction" in said[-1]:
         said.append(told.get(timeout=60))
@@ -29,7 +29,7 @@ BALL = {"mass": "2 g", "room": "0.4 mm", "restitution": 0.7, "tilt": 30}
     "ball", [None, pytest.param(BALL, marks=pytest.mark.thorough("test_the_answer_is_the_engines"))]
 )
 def test_the_answer_is_the_engines(ball):
-    """With a ball, too, which has no knobs."""
+    """With a ball as well, which has no knobs."""
     told = queue.Queue()
     draft = first()
     if ball is not None:

@@ -70,7 +70,7 @@ def visit(browser, url):
 
 
 def settled(visit, ohms):
-    """Type a resistance and wait until it stands there in normal form: what was done before has then been heard."""
+    """Type a resistance and wait until it is there in normal form: what was done before has then been heard."""
     visit.page.locator(".circuit-resistor button").click()
     visit.write("load.resistance", f"{ohms}k")
     field = visit.page.locator(".field.knob-load-resistance input")
@@ -189,7 +189,7 @@ def test_two_users_at_once(other, visit):
 
 
 def test_a_circuit_has_its_own_power_in_large_letters(visit):
-    """Never that of a resistor in its place: until it is known, the page says that it is computed.
+    """Never that of a resistor in its place: until it is known, the page states that it is computed.
 
     The power along the axis follows, as points that are joined, and a link opens the page with this
     very design.
@@ -239,7 +239,7 @@ def test_the_headline_of_a_switched_circuit_is_what_run_says(visit, circuit):
 
 
 def test_a_chip_has_its_power_and_its_thresholds(browser, url):
-    """By a link, from a scene of its own: as `run` says, with the share of the time that its load is on."""
+    """By a link, from a scene of its own: as `run` states, with the share of the time that its load is on."""
     draft = Draft.read(ROOT / "examples" / "bimorph_ltc3588.toml")
     own = hv.run(draft.scene())
     one = Visit(browser, f"{url}?scene={links.held(draft)}")
@@ -310,7 +310,7 @@ def status(host, port, path, method="GET", **headers):
 
 
 def test_nothing_without_the_token(url):
-    """Every other path and method is 403, a websocket of another origin too; only this machine is listened to."""
+    """Every other path and method is 403, a websocket of another origin as well; only this machine is listened to."""
     parts = urllib.parse.urlsplit(url)
     host = parts.hostname
     port = parts.port
@@ -342,7 +342,7 @@ def test_nothing_without_the_token(url):
 
 
 def test_without_panel(harvester, monkeypatch):
-    """What is missing and how to get it, in one line; a wrong scene is told first."""
+    """What is missing and how to get it, in one line; a wrong scene is reported first."""
     monkeypatch.setitem(sys.modules, "panel", None)
     assert harvester("explore") == (2, "", WITHOUT)
 

@@ -18,7 +18,7 @@ EXAMPLES = sorted((ROOT / "examples").rglob("*.toml"))
 
 
 def test_every_key_has_one_knob():
-    """Those of the load are made as the circuit asks for them; what is beside the device has none."""
+    """Those of the load are made as the circuit asks for them; what is next to the device has none."""
     known = [
         key for physical in (True, False) for effect in effects(physical) for key in effect.keys
     ]
@@ -58,7 +58,7 @@ def test_a_value_is_read_back(value, key, text):
 
 
 def test_every_element_of_an_own_netlist_has_a_knob_and_is_in_the_scene_once_it_is_turned(tmp_path):
-    """Those that the scene names, too; a scene that nobody changed stays itself."""
+    """Those that the scene names as well; a scene that nobody changed stays itself."""
     body = BRIDGE.format("1N4148") + STORE + "L3 p q 2\nR4 q n 5k\nV1 c 0 0\nR5 c a 1Meg"
     scene = on_plate(tmp_path, body)
     draft = Draft(replace(scene, load=replace(scene.load, parameters={"rload": "1 Mohm"})))

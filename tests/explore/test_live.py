@@ -1,4 +1,4 @@
-"""What the page computes while a knob turns, and what it tells of it."""
+"""What the page computes while a knob turns, and what it reports of it."""
 
 import dataclasses
 import math
@@ -22,8 +22,8 @@ from harvester.explore import (
     pictures,
     runs,
 )
+from harvester.explore.computing import Newest
 from harvester.explore.draft import Draft, first
-from harvester.explore.latest_request import Newest
 from harvester.explore.live import Live, best, engineering, live
 from harvester.explore.slider_scale import slide
 from harvester.presentation.diagnostic import warning
@@ -33,7 +33,7 @@ from tests.support.systems import BEAM
 
 
 def looked(draft, key="load.resistance", fine=False, first=False):
-    """What the formulas say of a draft."""
+    """What the formulas state of a draft."""
     at = draft.value(key)
     return live(draft.scene(), key, at, slide(key, at), fine, first=first)
 
@@ -168,7 +168,7 @@ def test_a_pinned_circuit_has_its_own_power_and_never_that_of_a_resistor():
 
 @pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of Panel
 def test_a_power_that_has_not_settled_is_pale_and_takes_the_place_of_none():
-    """It is said, but is in no line and no pinned curve, whatever error it states."""
+    """It is reported, but is in no line and no pinned curve, whatever error it states."""
     draft = first()
     told = []
     tables = draft.tables()
@@ -279,7 +279,7 @@ def test_the_power_of_the_circuit_itself():
 @pytest.mark.thorough("test_the_power_of_the_circuit_itself")
 @pytest.mark.parametrize("name", ["bridge", "parallel_sshi", "sece", "bimorph_ltc3588"])
 def test_the_power_at_once_is_near_and_its_refinement_is_that_of_run(name):
-    """At once within its own error and a few per cent, finely as the engine itself says; without the resistor's."""
+    """At once within its own error and a few per cent, finely as the engine itself states; without the resistor's."""
     example = ROOT / "examples" / f"{name}.toml"
     draft = Draft.read(example if example.exists() else ROOT / "examples" / "plate_with_stop.toml")
     if not example.exists():
@@ -476,7 +476,7 @@ def test_the_axis_of_power_stands_while_the_curve_fits():
 
 
 def test_the_numbers_of_an_axis_of_one_and_a_half_decades_have_room_on_a_phone():
-    """None is nearer to the next than by a factor of 2: evenly spaced ones stood on top of each other at its end."""
+    """None is nearer to the next than by a factor of 2: evenly spaced ones was on top of each other at its end."""
     for mass in (0.04, 0.016542, 1.0):
         range_of_mass = slide("oscillator.mass", mass)
         plot = pictures.PowerPlot("oscillator.mass", range_of_mass).plot

@@ -35,7 +35,7 @@ def test_a_page_that_closes_while_it_is_drawn_is_no_fault(caplog):
 
 
 def ask(address, method="GET", path="", host=None, **headers):
-    """The status that a request gets; its path stands behind that of the address, or is whole with a slash."""
+    """The status that a request gets; its path is behind that of the address, or is whole with a slash."""
     url = urllib.parse.urlsplit(address)
     asked = http.client.HTTPConnection(url.hostname, url.port, timeout=20)
     asked.putrequest(method, path if path.startswith("/") else url.path + path, skip_host=True)
@@ -73,7 +73,7 @@ def send(address, size):
 
 
 async def talk(address, token, message):
-    """Send a message over the page's websocket, and wait until the server closes it or says something."""
+    """Send a message over the page's websocket, and wait until the server closes it or states something."""
     from tornado.httpclient import HTTPRequest
     from tornado.websocket import websocket_connect
 

@@ -2,8 +2,10 @@
 
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 
 import harvester as hv
+from tests.support.models import Motion, Oscillator
 
 PLATE, BRIDGE = "examples/plate_with_stop.toml", "examples/plate_bridge.toml"
 DRIVEN = "examples/plate_harmonic.toml"
@@ -15,8 +17,29 @@ PICTURES = {
     ),
     "three panels": lambda: hv.charge(BRIDGE, to="0.5 V", engine="ideal", trajectories=64),
     "two columns": lambda: hv.motion(PLATE, duration=5.0),
+    "residuals": lambda: hv.identify(
+        ["examples/bench_bounce.csv", "examples/bench_impedance.csv"], known={"mass": "40 g"}
+    ),
+    "model of one's own": lambda: hv.cosimulate(
+        Oscillator(m=0.04, k=16.0, c=0.0),
+        hv.Load(resistance=1e6),
+        hv.Piezo(coupling="1 mN/V", capacitance="50.2 nF"),
+        Motion(1e-3, 0.05),
+        "0.5 s",
+        "5 ms",
+        compiled=False,
+    ),
+    "ratio": lambda: hv.sweep(PLATE, vary={LOAD: "10k:10M:5"}, engines=["averaged", "ensemble"]),
+    "percent": lambda: hv.tolerance(
+        PLATE, vary={LOAD: "5%", "piezo.capacitance": "10%"}, engine="averaged", samples=256
+    ),
     "labels": lambda: hv.response(DRIVEN, sweep="0.8:1.2:9", engine="exact"),
 }
+
+NAMES = [
+    pytest.param(name, marks=[pytest.mark.ngspice] * (name == "model of one's own"))
+    for name in PICTURES
+]
 
 
 def _mine():
@@ -25,16 +48,49 @@ def _mine():
     return figure, left, right
 
 
-@pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.parametrize("name", NAMES)
 def test_a_picture_has_a_main_panel(name):
-    """The panel is in the axes given, with a label of each axis; the axes beside it stay empty."""
+    """The panel is in the axes given, with a label of each axis; the axes next to it stay empty."""
     figure, left, right = _mine()
     assert PICTURES[name]().plot(ax=left) is figure
     figure.draw_without_rendering()
     assert left.has_data() and left.get_xlabel()
+    low, high = sorted(left.get_xlim())
+    shown = [tick for tick in left.xaxis.get_major_ticks() if low <= tick.get_loc() <= high]
+    assert any(tick.label1.get_visible() and tick.label1.get_text() for tick in shown)
     assert not right.has_data() and right.get_legend() is None
     # a colour bar may stand beside it
     assert len(figure.axes) <= 3
+
+
+BESIDE = {
+    "two columns": "Phase plane",
+    "residuals": "residuals",
+    "ratio": "ratio",
+    "percent": "Percent",
+}
+
+
+@pytest.mark.parametrize("name", BESIDE)
+def test_a_note_on_other_panels_is_left_out(name):
+    """The figure's own note names a panel that the user's axes lack; a legend is not wider than they are."""
+    answer = PICTURES[name]()
+    assert BESIDE[name] in answer.plot().legends[0].get_title().get_text()
+    figure, left, _ = _mine()
+    answer.plot(ax=left)
+    figure.draw_without_rendering()
+    legend = left.get_legend()
+    if legend is not None:
+        assert BESIDE[name] not in legend.get_title().get_text()
+        assert legend.get_frame_on() and legend.get_frame().get_alpha() == 0.85
+        assert legend.get_window_extent().width < left.bbox.width
+
+
+def test_a_map_has_a_legend_at_a_fixed_place():
+    """The search for the best place warns if it is slow, as over a mesh; it is left out there."""
+    _, left, _ = _mine()
+    PICTURES["colour bar"]().plot(ax=left)
+    assert left.get_legend()._loc == Legend.codes["upper right"]
 
 
 def test_two_results_in_one_figure():

@@ -67,7 +67,7 @@ def cost():
 
 
 def region():
-    """Where rest of the paper's scene is stable, which `stability` computes into a folder only."""
+    """If rest of the paper's scene is stable, which `stability` computes into a folder only."""
     with tempfile.TemporaryDirectory() as out:
         found = hv.stability(
             "examples/paper_figure3.toml", trajectories=64, execution=hv.Execution(out=out)
@@ -191,7 +191,7 @@ def too_small(figure):
 
 
 def alike(figure):
-    """The pairs of entries of a legend that some eye cannot tell apart."""
+    """The pairs of entries of a legend that some eye cannot distinguish."""
     found = []
     for legend in figure.legends:
         entries = [one for one in legend.legend_handles if hasattr(one, "get_color")]
@@ -253,7 +253,7 @@ def test_the_title_says_question_and_device(picture):
 
 
 def look(handle):
-    """What tells an entry of a legend apart beside its colour."""
+    """What tells an entry of a legend apart next to its colour."""
     if hasattr(handle, "get_marker"):
         return (
             str(handle.get_linestyle()),

@@ -148,7 +148,7 @@ def test_up_and_down_alike_are_one_curve():
 
 
 def harmonic(size=1.1e-3, rest=0.0):
-    """A harmonic path about ``rest`` read ten times a period: every reading at one of ten phases."""
+    """A harmonic path about ``rest`` read ten times per period: every reading at one of ten phases."""
     t = np.arange(4000) * 0.1
     x = size * np.sin(2 * np.pi * t)
     v = 2 * np.pi * size * np.cos(2 * np.pi * t)

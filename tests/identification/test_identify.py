@@ -63,7 +63,7 @@ def test_no_ring_down_against_a_stop_ends_in_a_wrong_minimum(tmp_path, seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=ANOTHER_SEED) for seed in (6, 16))])
 def test_a_ring_down_against_a_stop_spoils_no_other_file(tmp_path, seed):
-    """Impedance and voltage tell the mass within a per cent, and so they do beside the ring-down."""
+    """Impedance and voltage report the mass within a per cent, and so they do next to the ring-down."""
     truth = bench.device(np.random.default_rng(seed), loss=0.015)
     rng = np.random.default_rng([22, seed])
     names, whole = bench.joint(np.random.default_rng(seed), tmp_path)
@@ -150,7 +150,7 @@ def test_a_scene_of_two_resonances(harvester, tmp_path):
 
 @pytest.mark.slow
 def test_what_two_modes_do_not_say_is_told(tmp_path):
-    """A third resonance leaves a pattern, which is said; a single one none."""
+    """A third resonance leaves a pattern, which is reported; a single one none."""
     names, _ = bench.several_modes(np.random.default_rng(3), tmp_path, (1.25, 0.6), (1.5, 0.6))
     found = hv.identify(names)
     assert any("another mode" in str(one) for one in found.warnings)
@@ -161,7 +161,7 @@ def test_what_two_modes_do_not_say_is_told(tmp_path):
 
 
 def test_a_run_of_neighbours_far_off_is_a_misfit():
-    """Single points are outliers; eight beside each other are what the model does not say."""
+    """Single points are outliers; eight next to each other are what the model does not state."""
     off = np.random.default_rng(1).standard_normal(200)
     off[[20, 90, 91]] = 40.0
     off[120:128] = 20.0
@@ -174,7 +174,7 @@ def test_a_run_of_neighbours_far_off_is_a_misfit():
 
 @pytest.mark.slow
 def test_impedance_alone_gives_no_mass(harvester, tmp_path):
-    """It tells theta^2/M: the scene says so and takes a known mass, with which it is whole."""
+    """It reports theta^2/M: the scene states so and takes a known mass, with which it is whole."""
     (name,), truth = KINDS["impedance"](np.random.default_rng(5), tmp_path)
     status, out, err = harvester("identify", name, "--out", tmp_path / "a.toml")
     assert (status, err) == (0, "")
@@ -198,7 +198,7 @@ def test_impedance_alone_gives_no_mass(harvester, tmp_path):
 
 
 def test_one_ring_down_is_that_state_alone(tmp_path):
-    """Neither coupling nor the mechanical damping is told by a voltage's decay: nothing is said of them."""
+    """Neither coupling nor the mechanical damping is reported by a voltage's decay: nothing is reported of them."""
     names, truth = KINDS["ring_downs"](np.random.default_rng(3), tmp_path)
     found = hv.identify(names[1])  # open circuit
     expected = truth["short_circuit_frequency"] * np.sqrt(1 + truth["coupling_coefficient"])
@@ -378,7 +378,7 @@ def test_options_that_cannot_be(harvester, tmp_path):
 
 @pytest.mark.slow
 def test_a_ring_down_of_few_swings_has_a_frequency(tmp_path):
-    """A restitution of .14 leaves two swings in sixty: the highest line was that of 0 Hz, and divided by."""
+    """A restitution of 0.14 leaves two swings in sixty: the highest line was that of 0 Hz, and divided by."""
     truth = bench.Truth(mass=5e-3, f0=22.84, q=15.0, beta=0.09, c=7e-8)
     t = np.linspace(0.0, 57.0 / truth.f0, 2583)
     noise = 5.3e-3 * np.random.default_rng(4).standard_normal(len(t))

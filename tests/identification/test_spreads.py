@@ -31,7 +31,7 @@ capacitance = 4.12498731e-08       # F, 95 %: 4.122977e-08 to 4.126999e-08
 
 
 def test_the_derived_numbers_keep_their_intervals():
-    """Resonance and theta^2/M scatter as identify said of them, though M scatters a hundred times more."""
+    """Resonance and theta^2/M scatter as identify stated of them, though M scatters a hundred times more."""
     scene = hv.loads(IDENTIFIED + SHAKEN)
     stated = spreads_of(IDENTIFIED + SHAKEN, scene)
     found = spreads(stated.vary, scene)
@@ -53,7 +53,7 @@ def test_the_derived_numbers_keep_their_intervals():
 
 @pytest.mark.slow
 def test_by_the_command(harvester, tmp_path):
-    """Without --vary it takes them, all five, and says so; a value that the user changed is left as it is."""
+    """Without --vary it takes them, all five, and states so; a value that the user changed is left as it is."""
     path = tmp_path / "device.toml"
     path.write_text(
         IDENTIFIED.replace("capacitance = 4.12498731e-08", 'capacitance = "50 nF"') + SHAKEN

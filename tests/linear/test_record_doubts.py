@@ -13,7 +13,7 @@ HERTZ, SECONDS = 45.6, 20.0
 
 
 def recorded(rate, low=20.0, high=48.0, fades=False):
-    """A device of 45.6 Hz and Q = 50 on tones from ``low`` to ``high`` Hz, read ``rate`` times a second."""
+    """A device of 45.6 Hz and Q = 50 on tones from ``low`` to ``high`` Hz, read ``rate`` times per second."""
     t = np.arange(0.0, SECONDS, 1.0 / rate)
     tones = np.arange(low, high, 0.1)
     phases = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, len(tones))
@@ -27,7 +27,7 @@ def recorded(rate, low=20.0, high=48.0, fades=False):
 
 @pytest.mark.parametrize("high", [48.0, 60.0])
 def test_a_record_sampled_too_coarsely_is_told(high):
-    """At 100 Hz what shakes above 50 Hz is missing, or folded below; it was 1.4 % off with .3 % stated."""
+    """At 100 Hz what shakes above 50 Hz is missing, or folded below; it was 1.4 % off with 0.3 % stated."""
     told = record_doubts(recorded(100.0, high=high, fades=True))[0]
     assert told.code == "coarse_record" and told.numbers["samples"] == pytest.approx(2.19, abs=0.01)
     assert 0.01 < told.numbers["change"] < 0.2
@@ -133,7 +133,7 @@ def test_quiet_ends_are_no_period(tmp_path, kind):
 
 @pytest.mark.parametrize("share", [0.02, 0.06])
 def test_several_tones_of_one_period_need_no_bridge(share):
-    """Tones that repeat with the record, not with one another, and noise of a sensor beside a tone."""
+    """Tones that repeat with the record, not with one another, and noise of a sensor next to a tone."""
     rng = np.random.default_rng(5)
     n = 4000
     lines = rng.integers(20, round(share * n), 60)

@@ -108,7 +108,7 @@ def test_the_command_writes_the_scene(harvester, tmp_path):
 
 
 def test_one_verdict_on_the_coupling():
-    """Two numbers that three digits do not tell apart have more, and a single line says how strong it is."""
+    """Two numbers that three digits do not distinguish have more, and a single line states how strong it is."""
     said = str(note("coupling", "coupling", how="medium", merit=2.0172, strong_from=2.0178))
     assert said.startswith("medium, k^2 Q = 2.017 (strong from 2.018)")
     assert "strong" not in str(note("coupling_explained", share=0.4))

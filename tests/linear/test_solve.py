@@ -33,7 +33,7 @@ def off(eqs, exact):
     "beta, mu, c", [(0.05, 0.05, 0.01), (1.25, 1.0, 0.05), (10.0, 100.0, 3.0), (0.5, 1.0, -0.05)]
 )
 def test_white_noise(beta, mu, c):
-    """All three moments; with negative damping, which the load makes up for, too."""
+    """All three moments; with negative damping, which the load makes up for as well."""
     eqs = linear(beta, mu, c)
     x2, speed2, v2, _ = white(eqs)
     assert eqs.n1 * np.array([x2, speed2, v2]) == pytest.approx(np.diag(lyapunov(eqs)), rel=1e-13)
@@ -102,7 +102,7 @@ def test_a_flat_table_is_white_noise(c, mu):
 
 
 def test_a_table_of_slopes_and_zeros():
-    """Beside the sum over a million intervals."""
+    """Next to the sum over a million intervals."""
     f, g = np.array([0.02, 0.1, 0.15, 0.2, 0.3, 0.5]), np.array([0.0, 0.5, 4.0, 4.0, 1e-6, 0.0])
     eqs = Equations(c1=-0.1, beta=0.5, mu=0.7, density=TabulatedDensity(f, g))
     assert eqs.density.at(f) == pytest.approx(g, abs=1e-300)
@@ -115,7 +115,7 @@ def test_a_table_of_slopes_and_zeros():
 
 
 def test_shaking_adds_up():
-    """A drive, a record or a density beside white noise: the sum of both."""
+    """A drive, a record or a density next to white noise: the sum of both."""
     for eqs in (DRIVEN, changed(COLOURED, coloured=None, correlation_time=None, density=FAR)):
         both = solve(changed(eqs, n1=0.05)).value
         assert both == pytest.approx(solve(eqs).value + 0.05 * white(eqs).v2, rel=1e-13)
@@ -126,7 +126,7 @@ def test_shaking_adds_up():
 
 @pytest.mark.parametrize("count", [399, 400])
 def test_lines_have_the_power_of_the_record(count):
-    """Parseval, of the series between the samples too; the lines of a cosine are its own."""
+    """Parseval, of the series between the samples as well; the lines of a cosine are its own."""
     record = Record(0.2, TONES.values[:count])
     w, p = lines(record)
     assert p.sum() == pytest.approx(np.mean(record.at_even_times(8 * count) ** 2), rel=1e-13)
@@ -140,7 +140,7 @@ def test_lines_have_the_power_of_the_record(count):
 
 
 def test_what_rounding_does_to_weak_lines_is_stated():
-    """A shaking of 1e-9 beside gravity: the lines are off by what the transform rounds, and the error says so."""
+    """A shaking of 1e-9 next to gravity: the lines are off by what the transform rounds, and the error states so."""
     n = 1000
     small = 1e-9 * np.cos(2.0 * math.pi * 32.0 * np.arange(n) / n)
     eqs = Equations(c1=-0.1, beta=0.5, mu=1.0, record=Record(0.2, 9.80665 + small))
@@ -171,7 +171,7 @@ def test_a_record_of_a_cosine_is_a_drive():
 
 
 def test_open_circuit_and_a_constant_push():
-    """V = x, its mean too; with a load a constant acceleration leaves no voltage."""
+    """V = x, its mean as well; with a load a constant acceleration leaves no voltage."""
     eqs = Equations(c1=-0.1, beta=0.5, record=Record(1.0, np.full(20, 3.0)))
     assert solve(eqs).value == pytest.approx((3.0 / 1.5) ** 2)
     assert solve(changed(eqs, mu=1e-3)).value == pytest.approx(0.0, abs=1e-25)

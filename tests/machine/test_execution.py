@@ -1,4 +1,4 @@
-"""How a study is carried out: the checks of `Execution`, and what studies tell a `Progress`."""
+"""How a study is carried out: the checks of `Execution`, and what studies report a `Progress`."""
 
 import re
 

@@ -99,7 +99,7 @@ def test_a_journal_is_no_pipe_device_or_link(tmp_path, monkeypatch, kind):
     ],
 )
 def test_commands_leave_what_is_no_file(tmp_path, monkeypatch, harvester, kind, line):
-    """One line of status 2, and what stood there stands there."""
+    """One line of status 2, and what was there is there."""
     monkeypatch.chdir(tmp_path)
     words = line.split()
     (there,) = (word for word in words if word.startswith("there"))
@@ -146,7 +146,7 @@ def test_a_new_file_is_opened_exclusively(tmp_path, monkeypatch):
 
 
 def test_the_folder_is_flushed_after_the_renaming(tmp_path, monkeypatch):
-    """Otherwise a failure of the power leaves no file, which was said to be written."""
+    """Otherwise a failure of the power leaves no file, which was stated to be written."""
     flushed, before = [], os.fsync
 
     def noted(file):

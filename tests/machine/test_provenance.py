@@ -1,4 +1,4 @@
-"""Where a result comes from, without what nobody else should read."""
+"""If a result comes from, without what nobody else should read."""
 
 import sys
 

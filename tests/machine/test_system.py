@@ -94,7 +94,7 @@ def system(request):
 
 
 def test_a_lock_is_held_by_one_at_a_time(system, tmp_path):
-    """By a file and by a folder: the second one who asks is told at once, and has it when the first lets go."""
+    """By a file and by a folder: the second one who asks is reported at once, and has it when the first lets go."""
     for open_it, path in (
         (system.open_to_lock, tmp_path / "file"),
         (system.open_folder_to_lock, tmp_path),
@@ -127,7 +127,7 @@ def test_the_current_folder_comes_back(system, tmp_path, monkeypatch):
 
 
 def test_the_end_of_a_process_is_noticed(system):
-    """A group lives as long as its process, which is told to end at once."""
+    """A group lives as long as its process, which is reported to end at once."""
     options = {} if "creationflags" in system.own_group() else system.own_group()
     with subprocess.Popen(
         [sys.executable, "-c", "input()"], stdin=subprocess.PIPE, **options
@@ -197,7 +197,7 @@ def test_macos_looks_in_the_folder_of_homebrew(monkeypatch):
     ("platform", "kind"), [("linux", "Linux"), ("darwin", "MacOS"), ("win32", "Windows")]
 )
 def test_the_system_is_chosen_at_import(platform, kind):
-    """By a program that is told that it runs there."""
+    """By a program that is reported that it runs there."""
     code = f"""import ctypes.util, pathlib, subprocess, sys, types
 for name in ("msvcrt", "winreg"):
     sys.modules[name] = types.ModuleType(name)

@@ -32,7 +32,7 @@ def settling(rate, noise=0.0, push=0.0):
 
 @pytest.mark.parametrize("rate, push", [(0.9, 0.0), (0.99, 0.0), (0.999, 0.0), (0.9, 0.01)])
 def test_a_slow_mode_takes_a_few_periods(rate, push):
-    """Alone it would take 1400 periods at .99 to come to 1e-6."""
+    """Alone it would take 1400 periods at 0.99 to come to 1e-6."""
     settled, fixed, calls = settling(rate, push=push)
     assert settled.reach()
     assert settled.state[:3] == pytest.approx(fixed, rel=3e-5)
@@ -53,7 +53,7 @@ def test_what_is_left_is_told_from_what_the_last_periods_did():
 
 @pytest.mark.parametrize("angle", [0.05, 0.1, 0.3])
 def test_a_mode_that_turns_slowly_is_not_told_by_one_change(angle):
-    """It loses 7 % a period: one change says where it goes now, not where it turns to, and the way seemed over."""
+    """It loses 7 % a period: one change states where it goes now, not where it turns to, and the way seemed over."""
     fixed = np.array([1.0, -0.5])
     (c, s) = (np.cos(angle), np.sin(angle))
 
@@ -93,7 +93,7 @@ def test_a_map_that_never_comes_back_is_told():
 
 
 def test_a_state_that_the_circuit_cannot_begin_with_is_gone_around():
-    """A combination that the circuit refuses is left out; refused on the plain way, the error is told."""
+    """A combination that the circuit refuses is left out; refused on the plain way, the error is reported."""
     settled, fixed, _ = settling(0.9)
     plain = settled.turn
     refused = []
@@ -119,7 +119,7 @@ def test_a_state_that_the_circuit_cannot_begin_with_is_gone_around():
 
 @pytest.mark.parametrize("period", [2, 3, 4])
 def test_a_circuit_that_fails_where_nothing_is_won(period):
-    """Combinations are refused now and then on a way that comes no nearer: it goes on, and has no fixed point."""
+    """Combinations are refused now and then on a way that comes no nearer: it continues, and has no fixed point."""
     rng = np.random.default_rng(3)
     last = [np.zeros(4)]
     calls = []

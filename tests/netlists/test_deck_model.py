@@ -152,6 +152,35 @@ def test_a_global_net_is_read_by_subcircuits(tmp_path, more, why):
     assert "deck_measurement" not in str(adopted(tmp_path, f".global P 0\n{CHIP}").diagnostics)
 
 
+@pytest.mark.parametrize("place", ["deck", "library"])
+def test_a_global_net_of_a_library_is_read_by_subcircuits(tmp_path, place):
+    """The card was looked for in the deck alone, and the source was left out as a measurement."""
+    shared = ".global sense\n"
+    (tmp_path / "chip.lib").write_text(CHIP + shared * (place == "library"))
+    card = ".include chip.lib\n" + shared * (place == "deck")
+    with pytest.raises(InputError, match="must not read 1, a part of the piezo's own model"):
+        adopted(tmp_path, f"{card}Bs sense 0 V=v(1)\nX1 P m chip\nRm m 0 1k\n")
+
+
+@pytest.mark.parametrize(
+    ("inner", "net"),
+    [
+        ("Es sense 0 1 b 1\n", "sense"),
+        ("Xs 1 inner\n.ends\n.subckt inner a\nEs sense 0 a 0 1\n", "sense"),
+        ("", "1"),
+    ],
+)
+def test_a_global_net_inside_of_the_piezo_s_subcircuit_is_refused(tmp_path, inner, net):
+    """The subcircuit was left out, and nothing drove the chip's switch."""
+    piezo = f".subckt pz a b\nVp 1 b SIN(0 8 61)\nCp 1 a 33n\n{inner}.ends\nXpz A B pz\n"
+    chip = f"{CHIP.replace('sense', net)}X1 P m chip\nRm m 0 1k\n"
+    why = rf"`\.global` must name nets of the board, but {net} is a part of the piezo's own"
+    with pytest.raises(InputError, match=why):
+        adopted(tmp_path, f".global {net}\n{chip}", f"t\n{piezo}")
+    text = adopted(tmp_path, f".global a P 0\n{chip}", f"t\n{piezo}").text
+    assert "Xpz" not in text
+
+
 def test_a_load_that_a_measurement_acts_on_is_refused(tmp_path):
     """The converter passes no current from the electrodes to the load."""
     path = tmp_path / "deck.cir"
@@ -160,6 +189,38 @@ def test_a_load_that_a_measurement_acts_on_is_refused(tmp_path):
     )
     with pytest.raises(InputError, match=r"line 6 must not read ip, a part of the piezo's own"):
         adopt(path)
+
+
+@pytest.mark.parametrize("name", ["RL", "R_load"])
+def test_a_measured_load_is_not_replaced_by_another_resistor(tmp_path, name):
+    """The resistor in series with the rectifier became the load."""
+    path = tmp_path / "deck.cir"
+    path.write_text(
+        "t\nIp 0 P SIN(0 1m 61)\nCp P 0 40n\nRs P q 100\nD1 q 0 DP\nEc O 0 q 0 1\n"
+        f"{name} O 0 1k\nBw O 0 I=i(Ip)\n{DIODE}.end\n"
+    )
+    with pytest.raises(InputError, match=r"line 8 must not read ip, a part of the piezo's own"):
+        adopt(path)
+    assert adopt(path, load="Rs").resistor == "Rs"
+
+
+def test_a_measured_store_is_not_left_out(tmp_path):
+    """The board had no store."""
+    path = tmp_path / "deck.cir"
+    path.write_text(
+        "t\nIp 0 P SIN(0 1m 61)\nCp P 0 40n\nRs P q 100\nD1 q 0 DP\nEc O 0 q 0 1\n"
+        f"Cs O 0 1u\nRout O 0 1k\nBw O 0 I=i(Ip)\n{DIODE}.end\n"
+    )
+    with pytest.raises(InputError, match=r"line 9 must not read ip, a part of the piezo's own"):
+        adopt(path)
+
+
+def test_starting_values_of_a_subcircuit_stay(tmp_path):
+    """Its net 1 was taken for the net 1 of the piezo's own model."""
+    chip = ".subckt ch a b\nC5 a 1 1u\nR5 1 b 1k\n.ic v(1)=2\n.ends\nX1 P 0 ch\n"
+    adoption = adopted(tmp_path, chip)
+    assert chip in adoption.text
+    assert "deck_start" not in {remark.code for remark in adoption.diagnostics}
 
 
 BOARD = "D1 P O DP\nRL O 0 100k\nCout O 0 10u\n" + DIODE
@@ -215,3 +276,35 @@ def test_a_motional_branch_with_a_probe_is_refused(tmp_path):
         adopt(path)
     path.write_text(f"t\n{model}{BOARD}.end\n")
     assert adopt(path).terminals == ("P", "0")
+
+
+@pytest.mark.parametrize(
+    ("probe", "name"),
+    [
+        ("Rm 1 0 1g\n", "Rm"),
+        ("Xo 1 m m op\n.subckt op a b c\nE1 c 0 a b 1k\n.ends\n", "Xo"),
+        ("Rm 1 0 10\nVm 1 q 0\nRq q 0 1meg\n", "Rm, Vm"),
+    ],
+)
+def test_a_probe_between_the_source_and_its_capacitor_is_refused(tmp_path, probe, name):
+    """The capacitor stayed on the board, in series with the scene's device."""
+    path = tmp_path / "deck.cir"
+    deck = f"t\nVp 1 0 SIN(0 8 61)\nCp 1 P 33n\nDb 0 P DP\n{BOARD}"
+    path.write_text(f"{deck}{probe}.end\n")
+    why = rf"nothing else between Vp and the piezo's capacitor Cp, but {name} are there: leave out"
+    with pytest.raises(InputError, match=why):
+        adopt(path)
+    assert "Cp 1 P 33n" in adopt(path, ("1", "0")).text
+    path.write_text(f"{deck}.end\n")
+    adoption = adopt(path)
+    assert (adoption.terminals, adoption.capacitance) == (("P", "0"), "33n")
+
+
+def test_a_part_between_the_current_source_and_its_capacitor_is_refused(tmp_path):
+    """The capacitor stayed on the board, and counted twice."""
+    path = tmp_path / "deck.cir"
+    path.write_text(f"t\nIp 0 x SIN(0 1m 61)\nR1 x P 10\nCp P 0 33n\n{BOARD}.end\n")
+    with pytest.raises(InputError, match="R1 is between Ip and Cp: leave out R1"):
+        adopt(path)
+    path.write_text(f"t\nIp 0 P SIN(0 1m 61)\nCp P 0 33n\n{BOARD}.end\n")
+    assert adopt(path).capacitance == "33n"

@@ -56,6 +56,12 @@ DECKS = {
     "ammeter and parallel inductor": (
         f"* x\nIp 0 X SIN(0 50u 61)\nCp X 0 33n\nVam X X1 0\nLx X1 0 150 Rser=2k\n{HALF}{DIODE}.end\n",
         f"Vam X X1 0\nLx X1 x2 150\nRx x2 0 2k\n{HALF}{DIODE}", "X", "0"),
+    "ammeter of a current source": (
+        f"* x\nI1 B x SIN(0 50u 61)\nVam x A 0\nC1 A B 33n\nBm m 0 V=i(Vam)\n{BRIDGE}{LOAD}{DIODE}.end\n",
+        BRIDGE + LOAD + DIODE, "A", "B"),
+    "ammeters of two capacitors": (
+        f"* x\nI1 0 X SIN(0 50u 61)\nC1 X g 20n\nVam g 0 0\nVan X y 0\nC2 0 y 13n\n{HALF}{DIODE}.end\n",
+        HALF + DIODE, "X", "0"),
     "subcircuit": (
         f"* x\nXp A B PIEZO\n.subckt LEAK a b\nRk a b 7Meg\n.ends\nXl P 0 LEAK\nIp A B SIN(0 50u 61)\nCp A B 33n\n"
         f".subckt PIEZO a b\nRz a b 20Meg\n.ends\n{BRIDGE}{LOAD}{DIODE}.end\n",

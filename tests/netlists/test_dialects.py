@@ -327,7 +327,7 @@ def test_a_store_with_a_resistance_of_its_own_needs_no_separation_of_times(tmp_p
 @pytest.mark.parametrize("element", ["R9 PA STORE rm 30k", "L9 PA STORE rm 200"])
 @pytest.mark.parametrize("degrees", ["0", "50"])
 def test_a_model_of_another_nominal_temperature_decides_the_value(tmp_path, element, degrees):
-    """Also that of 0 degrees: by ngspice it takes 26 % from the power of a resistor and 8 % from that of a coil."""
+    """Also that of 0 degrees: by ngspice it needs 26 % from the power of a resistor and 8 % from that of a coil."""
     card = f".model rm {element[0]}(tc1=0.02 tnom={degrees})"
     circuit = board(tmp_path, more=f"{element}\n{card}")
     part = next(part for part in circuit.parts if part.name == element[:2].lower())

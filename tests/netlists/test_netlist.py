@@ -88,7 +88,7 @@ def test_a_resistor_alone_is_known_by_what_it_is(tmp_path, lines, ohms):
 
 
 def test_what_the_subcircuit_uses_comes_along(tmp_path):
-    """Models, parameters and subcircuits beside it, also from an included file, but nothing else."""
+    """Models, parameters and subcircuits next to it, also from an included file, but nothing else."""
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "diodes.lib").write_text(
         ".model fast D(Is={leak})\n.model slow D(Is=1p)\n.param leak=1n other=1\n.param third=3\n.INC ../more.lib\n"
@@ -283,7 +283,7 @@ def test_files_that_are_no_netlist_are_refused(tmp_path, text, word):
 
 
 def test_a_title_is_no_line(tmp_path):
-    """The first line is a title, whatever it says, as long as it is neither a card nor a command."""
+    """The first line is a title, whatever it states, as long as it is neither a card nor a command."""
     assert given(tmp_path, "shell touch x: \u00b5W circuit\n" + GOOD).name == "mine"
 
 

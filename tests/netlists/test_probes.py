@@ -1,4 +1,4 @@
-"""What a probe names in a netlist is found in the whole circuit, inside called subcircuits too."""
+"""What a probe names in a netlist is found in the whole circuit, inside called subcircuits as well."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Every element of a netlist with a plain value is a parameter by its name, of boards from KiCad too."""
+"""Every element of a netlist with a plain value is a parameter by its name, of boards from KiCad as well."""
 
 import pytest
 

@@ -104,7 +104,7 @@ def test_a_file_that_a_netlist_reads_is_seen(tmp_path):
 def test_a_fault(tmp_path, command, fault, ends, says):
     """The disk is full or slow, the clock jumps back by years, or no thread can start (which was an internal error).
 
-    Where no process starts, the search for ngspice said that it was missing.
+    Where no process starts, the search for ngspice stated that it was missing.
     """
     for name in ("tmp", "out"):
         (tmp_path / name).mkdir()

@@ -126,7 +126,7 @@ numpy.save(sys.stdout.buffer, averages(*{arguments!r}, **{options!r}))
 )
 @pytest.mark.filterwarnings("ignore")
 def test_peers_integrate_the_same_scene(module, needs, options, h, n):
-    """E[V^2] of the first 20 time units from rest, |z| < 4 beside this package's."""
+    """E[V^2] of the first 20 time units from rest, |z| < 4 next to this package's."""
     if importlib.util.find_spec(needs) is None:
         pytest.skip(f"{needs} is not installed: make bench")
     means = averages(module, needs, h, n, 0.0, 20.0, 5, **options)

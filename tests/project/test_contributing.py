@@ -53,7 +53,7 @@ def test_citation():
 
 
 def test_names_of_the_project():
-    """README and this page say that pip knows the project by another name than Python does."""
+    """README and this page state that pip knows the project by another name than Python does."""
     for page in (PAGE, (ROOT / "README.md").read_text()):
         assert "`piezo-harvester`" in page
         assert re.search(r"imported and run as\s+`harvester`", page)
@@ -82,7 +82,7 @@ def test_the_first_change(harvester, tmp_path, monkeypatch):
 
 
 def test_the_papers_references():
-    """Each is cited and each citation is there; each says whether its DOI was resolved."""
+    """Each is cited and each citation is there; each states whether its DOI was resolved."""
     paper, bib = ((ROOT / "joss" / f"paper.{end}").read_text() for end in ("md", "bib"))
     entries = dict(re.findall(r"^@\w+\{(\w+), (.*)\}$", bib, re.MULTILINE))
     assert set(re.findall(r"@(\w+)", paper)) == set(entries)
@@ -94,7 +94,7 @@ def test_the_papers_references():
 
 
 def test_a_yes_of_the_checklists_has_its_place():
-    """Files and pages that a row names are there; each row says yes, no, in part or open."""
+    """Files and pages that a row names are there; each row states yes, no, in part or open."""
     page = (ROOT / "joss" / "checklists.md").read_text()
     rows = re.findall(r"^\| (?!item|---)(.*) \| (.*) \| (.*) \|$", page, re.MULTILINE)
     assert len(rows) > 30 and {answer for _, answer, _ in rows} == {"yes", "no", "in part", "open"}

@@ -63,7 +63,7 @@ def test_dependencies_are_ranges():
 
 
 def test_each_dependency_has_its_reason():
-    """The line of pyproject.toml that names it says what it is for."""
+    """The line of pyproject.toml that names it states what it is for."""
     lines = (ROOT / "pyproject.toml").read_text().splitlines()
     for one in requirements():
         (line,) = {line for line in lines if re.match(rf'\s+"{one.name}[><=]', line)} or [""]
@@ -97,7 +97,7 @@ def test_one_name_on_the_index():
 
 
 def test_version_is_written_once():
-    """The package says it, and the wheel takes it from there."""
+    """The package states it, and the wheel takes it from there."""
     assert "version" not in PROJECT
     assert PYPROJECT["tool"]["hatch"]["version"]["path"] == "harvester/__init__.py"
     assert Version(hv.__version__) > Version("0")

@@ -97,7 +97,7 @@ def test_pages(site):
 @pytest.mark.thorough("nothing: sphinx builds all pages")
 @pytest.mark.slow
 def test_pages_in_a_browser(site):
-    """At 1280 and 390 px: nothing is wider than the page, the font is there, and contents stand beside a long page.
+    """At 1280 and 390 px: nothing is wider than the page, the font is there, and contents are next to a long page.
 
     A formula that is wider than a phone scrolls in its own box; on a desk none does.
     """

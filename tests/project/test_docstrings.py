@@ -85,7 +85,7 @@ def test_a_class_explains_its_fields(name):
 
 @pytest.mark.parametrize("name", hv.__all__)
 def test_names_in_docstrings_are_public(name):
-    """What stands between backticks can be had from `harvester`, or is an attribute of the class itself."""
+    """What is between backticks can be had from `harvester`, or is an attribute of the class itself."""
     for text in docstrings(name):
         prose = re.sub(r"^>>>.*?(?=\n\n|\Z)", "", text, flags=re.MULTILINE | re.DOTALL)
         for written in re.findall(r"(?<!`)`([A-Za-z_][\w.]*)`(?!`)", prose):

@@ -75,7 +75,7 @@ def test_every_measure_has_a_bound():
 
 
 def test_places_of_a_measure_by_its_name(monkeypatch, capsys):
-    """A name stands for itself: its parentheses and its star are letters."""
+    """A name represents itself: its parentheses and its star are letters."""
     name = "calls f(*packed)"
     monkeypatch.setattr(house, "MEASURES", {name: lambda: ["a.py:1: f(*x)"], "other": list})
     monkeypatch.setattr(sys, "argv", ["house", name])
@@ -155,7 +155,7 @@ def test_each_measure_finds_what_it_counts(tmp_path, monkeypatch):
 
 
 def test_layers_and_no_circles():
-    """Import-linter's contracts in pyproject.toml: arrows point one way, for annotations too."""
+    """Import-linter's contracts in pyproject.toml: arrows point one way, for annotations as well."""
     done = subprocess.run(
         [Path(sys.executable).with_name("lint-imports"), "--no-cache"],
         cwd=ROOT,
@@ -227,7 +227,7 @@ def test_types_hold_on_other_systems(system):
 
 
 def test_files_are_short():
-    """A file above 350 lines says in its docstring why: "long because ..."."""
+    """A file above 350 lines states in its docstring why: "long because ..."."""
     whole = {name: (ROOT / name).read_text() for name in parsed()}
     long = [name for name, text in whole.items() if text.count("\n") > LONGEST]
     assert [
@@ -246,7 +246,7 @@ def test_one_class_a_name():
 def test_docstrings_open_with_a_sentence():
     """The first line starts with a capital and ends with a period, in private functions too where they have any.
 
-    That all public ones have a docstring is ruff's to say.
+    That all public ones have a docstring is ruff's to state.
     """
     sentence = re.compile(r"[A-Z0-9`\"'(*].*[.?!:]\)?$")
     faults = [

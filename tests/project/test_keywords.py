@@ -1,4 +1,4 @@
-"""Every public function and class refuses a keyword that it does not know, and says which one is near it."""
+"""Every public function and class refuses a keyword that it does not know, and states which one is near it."""
 
 import inspect
 import re

@@ -69,7 +69,7 @@ def folder(tmp_path_factory):
 
 
 def run(home, *command, paths=()):
-    """What a program says on stdout, in an empty home and with nothing on its path."""
+    """What a program states on stdout, in an empty home and with nothing on its path."""
     home.mkdir(exist_ok=True)
     env = ngspice_wheel.bare_environment(home, *paths)
     done = subprocess.run(

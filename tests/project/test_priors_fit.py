@@ -14,8 +14,8 @@ from harvester.studies.prediction import priors
 from tests.support.paths import ROOT
 
 sys.path.append(str(ROOT / "benchmarks"))
-priors_fit, priors_limits, narrowed = map(
-    importlib.import_module, ("priors_fit", "priors_limits", "narrowed")
+priors_fit, priors_limits, priors_kinds, narrowed = map(
+    importlib.import_module, ("priors_fit", "priors_limits", "priors_kinds", "narrowed")
 )
 PAGE = (ROOT / "docs" / "prediction.md").read_text()
 
@@ -115,9 +115,19 @@ def test_every_quantity_of_the_blind_devices_is_predicted():
     """The counts that were asked for, each with ends about its median, and an interval of the fit."""
     rows = priors_fit.rows("predicted.csv")
     counts = Counter(row["device"] for row in rows if re.fullmatch(r"D\d", row["device"]))
-    assert counts == {"D1": 3, "D2": 8, "D3": 9, "D4": 16, "D5": 8, "D6": 6, "D7": 3, "D8": 56}
+    assert counts == {
+        "D1": 3,
+        "D2": 8,
+        "D3": 9,
+        "D4": 16,
+        "D5": 8,
+        "D6": 6,
+        "D7": 3,
+        "D8": 56,
+        "D9": 27,
+    }
     for row in rows:
-        for version in ("", "_1", "_2"):
+        for version in ("", "_1", "_2", "_3"):
             low, value, high = (float(row[name + version]) for name in ("low", "predicted", "high"))
             assert low <= value <= high, row["quantity"]
 
@@ -130,6 +140,73 @@ def test_the_fitted_model_errors_are_those_of_the_package():
     assert model["nonlinear"] == pytest.approx(fit.nonlinear, abs=0.02)
     assert model["linear"] >= fit.linear
     assert model["linear"] == priors_fit.FIRST.linear
+
+
+def of_kinds(kinds, rng, devices=60):
+    """Made-up devices that scatter as a fit by kinds states, a third of each kind."""
+    made = made_up(priors_fit.Fit(kinds.factor, 0.0, 0.0), rng, devices)
+    numbers = []
+    for number in made:
+        kind = ("linear", "loss", "spring")[int(number.device.rpartition(" ")[2]) % 3]
+        number = dataclasses.replace(number, linear=kind == "linear")
+        priors_kinds.KINDS[number.device] = kind
+        error = {"linear": kinds.linear, "loss": kinds.loss, "spring": kinds.spring}[kind]
+        log = number.exponents[3] * error * rng.standard_normal()
+        log += number.exponents[3] * (kinds.offset if kind == "loss" else 0.0)
+        numbers.append(dataclasses.replace(number, measured=number.measured * math.exp(log)))
+    return numbers
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_fit_by_kinds_finds_its_numbers(seed, monkeypatch):
+    """Within four standard errors: an offset that is left out, or of another kind, shifts the errors."""
+    monkeypatch.setattr(priors_kinds, "KINDS", dict(priors_kinds.KINDS))
+    truth = priors_kinds.Kinds(1.3, 0.1, 0.4, 0.9, -1.0, 0.0)
+    numbers = of_kinds(truth, np.random.default_rng(seed))
+    fit = priors_kinds.fitted(numbers)
+    assert fit.offset == pytest.approx(truth.offset, abs=4.0 * fit.offset_error)
+    assert 0.4 / math.sqrt(40) < fit.offset_error < 1.0 / math.sqrt(20)
+    assert fit.loss == pytest.approx(truth.loss, rel=4.0 / math.sqrt(2.0 * 20))
+    assert fit.spring == pytest.approx(truth.spring, rel=4.0 / math.sqrt(2.0 * 20))
+    met = [priors_fit.holds(number, fit.ends(number)) for number in numbers]
+    low, high = priors_fit.wilson(sum(met), len(met))
+    assert low < 0.95 < high
+    without = priors_kinds.fitted(numbers, with_offset=False)
+    assert without.factor > 1.2 * fit.factor  # which mistakes it for coupling and damping
+
+
+def test_the_page_of_widths_and_its_columns():
+    """Page and columns are those that the command computes now, and the data file rounds its fit."""
+    results = priors_kinds.computed()
+    page = priors_kinds.PAGE.read_text()
+    generated = page.partition(priors_kinds.BEGIN)[2].partition(priors_kinds.END)[0]
+    assert generated.strip().splitlines() == priors_kinds.block(results)
+    columns = {
+        (row["device"], row["quantity"]): [float(row[f"{end}_3"]) for end in ("low", "high")]
+        for row in priors_fit.rows("predicted.csv")
+    }
+    for number in results.every:
+        kinds = results.fits["middle"].get(number.device, results.final)
+        ends = columns[number.device, number.quantity]
+        assert ends == pytest.approx(kinds.ends(number), rel=1e-3)
+    model = priors.data()["model"]
+    fit = priors_kinds.fitted(results.some)
+    assert model["stop_factor"] == pytest.approx(math.exp(fit.offset), abs=0.01)
+    assert model["stop"] == pytest.approx(math.hypot(fit.loss, fit.offset_error), abs=0.01)
+
+
+def test_no_fit_by_kinds_has_its_own_device():
+    """The measured values of a device do not change its own interval, and they do change that of another."""
+    some = [number for number in priors_fit.numbers() if number.measured is not None]
+    pair = [number for number in some if number.device in ("koga", "liu", "erturk")]
+    moved = [
+        dataclasses.replace(number, measured=3.0 * number.measured)
+        if number.device == "koga"
+        else number
+        for number in pair
+    ]
+    first, second = priors_kinds.left_out(pair), priors_kinds.left_out(moved)
+    assert first["koga"] == second["koga"] and first["liu"] != second["liu"]
 
 
 def test_the_first_page_has_the_coverage():

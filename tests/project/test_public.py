@@ -48,7 +48,7 @@ def test_names_are_one_list():
     ],
 )
 def test_example(name):
-    """Each public name has one, and it does what it says."""
+    """Each public name has one, and it does what it states."""
     thing = getattr(hv, name)
     found = [
         one
@@ -199,7 +199,7 @@ class Html(HTMLParser):
 
 @pytest.mark.slow
 def test_notebook():
-    """Values with unit, error, engine and warnings; what a scene says is escaped."""
+    """Values with unit, error, engine and warnings; what a scene states is escaped."""
     scene = dataclasses.replace(PLATE, title="<script>alert(1)</script> & co")
     answer = hv.Averaged(within="1%").run(scene)
     answer = dataclasses.replace(

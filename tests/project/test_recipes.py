@@ -1,4 +1,4 @@
-"""The conda recipe, the devcontainer and the workflows say what pyproject.toml and the Makefile say."""
+"""The conda recipe, the devcontainer and the workflows state what pyproject.toml and the Makefile state."""
 
 import json
 import re

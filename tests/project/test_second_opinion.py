@@ -25,7 +25,7 @@ def test_noise_and_stops(name):
 
 
 def test_it_would_see_a_wrong_answer():
-    """The same rule for a stop that takes 8 % of the speed instead of 4: far off, in standard errors."""
+    """The same rule for a stop that needs 8 % of the speed instead of 4: far off, in standard errors."""
     wrong = hv.Scene(
         nondimensional=hv.Nondimensional(**second.SCENES["stop"] | {"restitution": 0.92})
     )

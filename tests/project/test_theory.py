@@ -771,7 +771,7 @@ def test_kick():
 
 @checks("linear", "response")
 def test_linear_scenes():
-    """White noise of N1 + N2 E[x^2], and the sum over a record's lines beside it."""
+    """White noise of N1 + N2 E[x^2], and the sum over a record's lines next to it."""
     c = 0.1
     beta = 0.5
     mu = 0.7

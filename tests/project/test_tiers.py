@@ -23,7 +23,7 @@ def thorough(node):
 
 
 def test_what_is_left_to_test_all_has_a_test_that_remains():
-    """Each marker names a test of `make test`, or a file with such tests, or says that there is none and why."""
+    """Each marker names a test of `make test`, or a file with such tests, or states that there is none and why."""
     remaining = set()
     named = {}
     for name, tree in parsed(TESTS).items():

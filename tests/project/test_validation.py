@@ -54,7 +54,7 @@ def on_page(row, page=PAGE):
     ],
 )
 def test_rows_of_the_page(name, how_many, most):
-    """Published as it stands there, ours within its error, and the deviation within the limit."""
+    """Published as it is there, ours within its error, and the deviation within the limit."""
     for row in rows(name, how_many):
         theirs, ours, deviation = on_page(row)
         assert row.published == pytest.approx(theirs, rel=1e-3), row.what
@@ -195,7 +195,7 @@ def test_devices_are_chosen_by_runs_some_of_which_are_chaotic():
 @pytest.mark.slow
 @pytest.mark.ngspice
 def test_bridge_by_its_whole_first_harmonic():
-    """Where the formula of 2006 is 5 and 7 % off, ngspice has what the whole first harmonic gives."""
+    """If the formula of 2006 is 5 and 7 % off, ngspice has what the whole first harmonic gives."""
     found = rows("bridge", 4)
     assert [abs(row.deviation) > 0.04 for row in found] == [True, False, True, False]
     assert all(abs(row.deviation) < 0.005 for row in found[1::2])

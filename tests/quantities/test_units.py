@@ -117,7 +117,7 @@ def test_an_error_says_which_part_was_not_understood(kind, text, why):
 
 
 def test_percent_is_exact():
-    """It stands in the scene file that `harvester new` writes."""
+    """It is in the scene file that `harvester new` writes."""
     assert RATIO.read("2.7%") == 0.027
 
 

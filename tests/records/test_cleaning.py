@@ -56,7 +56,7 @@ def test_three_axes_with_offset_and_drift(harvester, tmp_path):
 
 @pytest.mark.slow
 def test_gaps_repeats_and_jitter(harvester, tmp_path):
-    """Five samples lost and one time repeated are mended and told; thirty in a row are not invented."""
+    """Five samples lost and one time repeated are mended and reported; thirty in a row are not invented."""
     keep = np.ones(N, bool)
     keep[300:305] = False
     times = np.where(np.arange(N) == 700, T[699], T)
@@ -140,7 +140,7 @@ def test_a_part_of_a_record(harvester, tmp_path):
 
 
 def test_a_tone_has_no_error_of_a_random_signal(tmp_path):
-    """Beside noise a sine of twice its rms: 35 % were stated for a tone that is known to a per cent."""
+    """Next to noise a sine of twice its rms: 35 % were stated for a tone that is known to a per cent."""
     noise = np.random.default_rng(4).standard_normal(N)
     path = written(tmp_path / "a.csv", "t (s),a (m/s2)", T, noise + np.sin(2 * np.pi * 50 * T))
     bands = record_spectra(clean(str(path))).bands
@@ -189,7 +189,7 @@ def test_rows_without_times_stay(harvester, tmp_path):
 
 
 def test_a_coarse_crest_is_not_clipped(harvester, tmp_path):
-    """A slow sine in steps of 0.1 g stands still at its crests; what jumps to its end is clipped."""
+    """A slow sine in steps of 0.1 g is at rest at its crests; what jumps to its end is clipped."""
     coarse = np.round(SHAKING, 1)
     slow = np.round(np.sin(2 * np.pi * 2 * T), 1)
     assert harvester("record", written(tmp_path / "a.csv", "t (s),a (g)", T, coarse))[0] == 0
@@ -213,7 +213,7 @@ def test_paired_times_and_a_record_too_large(harvester, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_resampling_folds_nothing_back(harvester, tmp_path):
-    """170 Hz at 200 samples a second would be 30 Hz: the filter takes it away, and the rest stays."""
+    """170 Hz at 200 samples per second would be 30 Hz: the filter takes it away, and the rest stays."""
     path = written(
         tmp_path / "a.csv", "time (s),a (m/s^2)", T, SHAKING + np.sin(2 * np.pi * 170 * T)
     )
@@ -340,7 +340,7 @@ def test_a_given_unit_is_compared_with_gravity(harvester, tmp_path, unit, likely
 def test_counts_and_volts_are_not_taken_for_gravity_in_another_unit(
     harvester, tmp_path, head, unit, rest
 ):
-    """1024 counts of 0.977 mg are 1 g, but were said to be in mg, and one volt of 10 g to be in g."""
+    """1024 counts of 0.977 mg are 1 g, but were stated to be in mg, and one volt of 10 g to be in g."""
     path = written(tmp_path / "a.csv", f"time (s),{head}", T, rest * (1.0 + 0.1 * SHAKING))
     answer = json.loads(harvester("record", path, "--unit", unit, "--json")[1])
     assert not [line for line in answer["warnings"] if "gravity" in line]

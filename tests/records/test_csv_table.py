@@ -123,7 +123,7 @@ def test_dates_with_and_without_a_fraction(tmp_path):
 
 
 def test_a_table_of_too_many_columns(tmp_path):
-    """400 kB of columns took 45 s."""
+    """400 kB of columns needed 45 s."""
     path = tmp_path / "a.csv"
     path.write_text(
         ",".join(f"c{k}" for k in range(20_000)) + "\n" + (",".join(["1"] * 20_000) + "\n") * 5

@@ -87,7 +87,7 @@ def test_blocks_have_the_samples_of_the_whole(read, text):
 )
 @pytest.mark.parametrize("text", [plain, clock])
 def test_no_row_is_lost_where_a_block_ends_in_a_remark(read, text, between):
-    """At whatever byte of it: the first block's end is in what stands between two rows, or within two rows of it."""
+    """At whatever byte of it: the first block's end is in what is between two rows, or within two rows of it."""
     rows = text(values()).splitlines(keepends=True)
     first = int(np.searchsorted(np.cumsum([len(row) for row in rows]), 4099))
     for k in range(first - 2, first + 3):

@@ -51,7 +51,7 @@ def test_one_of_several_columns_is_not_chosen(tmp_path):
 
 
 def test_the_reference_of_touchstone_2():
-    """Z = R (1 + S)/(1 - S) is 225 ohm at S = 0.5 and R = 75 ohm; the options say 50."""
+    """Z = R (1 + S)/(1 - S) is 225 ohm at S = 0.5 and R = 75 ohm; the options state 50."""
     text = "[Version] 2.0\n# Hz S RI R 50\n[Reference] 75\n1e3 0.5 0\n2e3 0.5 0\n"
     assert touchstone(text, "FILE")[1] == pytest.approx([225.0, 225.0])
 
@@ -74,14 +74,14 @@ def test_pairs_of_columns_that_disagree(tmp_path):
 
 
 def test_slopes_are_found_in_linear_time():
-    """20,000 digits in one line took 24 s; a hundred times as many are looked through at once now."""
+    """20,000 digits in one line needed 24 s; a hundred times as many are looked through at once now."""
     assert SLOPE.search("1" * 2_000_000) is None
     assert SLOPE.search(" " * 2_000_000) is None
     assert SLOPE.findall("20,+3 dB/oct\n80,-3 dB/oct\n350,6 dB/oct") == ["+3", "-3", "6"]
 
 
 def test_an_impedance_has_no_load(tmp_path):
-    """What stood behind the @ was dropped."""
+    """What was behind the @ was dropped."""
     path = tmp_path / "z.csv"
     path.write_text("f (Hz),R (ohm),X (ohm)\n" + "".join(f"{f},10,-{f}\n" for f in range(10, 60)))
     with pytest.raises(
@@ -91,7 +91,7 @@ def test_an_impedance_has_no_load(tmp_path):
 
 
 def test_rows_beside_settings_are_refused(tmp_path):
-    """An oscilloscope writes its first samples beside its settings; these six rows were lost."""
+    """An oscilloscope writes its first samples next to its settings; these six rows were lost."""
     settings = ["Record Length,600", "Sample Interval,0.005", "Trigger Point,0", "Source,CH1"]
     rows = [f"{0.005 * k:.3f},{np.sin(0.3 * k):.5f}" for k in range(600)]
     beside = [f"{head},,{row}" for head, row in zip(settings, rows, strict=False)]

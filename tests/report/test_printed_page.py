@@ -1,4 +1,4 @@
-"""The pages in Chromium: nothing is wider than a phone, a desktop or A4, and the answer stands in the first screen."""
+"""The pages in Chromium: nothing is wider than a phone, a desktop or A4, and the answer is in the first screen."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The reports: whole HTML in one file, that says what was computed, how well, and how to do it again."""
+"""The reports: whole HTML in one file, that states what was computed, how well, and how to do it again."""
 
 import base64
 import json
@@ -76,7 +76,7 @@ class Page(HTMLParser):
 
 
 def checked(text):
-    """A page that stands alone; its figures are whole SVG without scripts or links."""
+    """A page that is alone; its figures are whole SVG without scripts or links."""
     page = Page(text)
     assert text.startswith('<!DOCTYPE html>\n<html lang="en">')
     assert 'name="viewport"' in text
@@ -330,7 +330,7 @@ def test_studies_that_say_what_they_found(harvester, tmp_path, monkeypatch, args
 
 @pytest.mark.slow
 def test_front_and_circuits():
-    """The other answers of `optimise`: a table of designs, or of circuits, those without an optimum too."""
+    """The other answers of `optimise`: a table of designs, or of circuits, those without an optimum as well."""
     scene = hv.load(ROOT / "examples" / "plate.toml")
     points = tuple(
         FrontPoint({"load.resistance": r}, Value(1e-6 * r**0.1, model=1e-8), 1e-9 * r)
@@ -401,7 +401,7 @@ def test_elasticities_stand_in_the_report_of_a_run():
 
 
 def test_figures_are_as_wide_as_the_page():
-    """On a phone, too: no figure has a width of its own."""
+    """On a phone as well: no figure has a width of its own."""
     template = (ROOT / "harvester" / "report" / "page.html").read_text()
     rule = re.search(r"figure img \{([^}]*)\}", template)[1]
     assert "width: 100%" in rule and "min-width" not in rule

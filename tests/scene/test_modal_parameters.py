@@ -49,7 +49,7 @@ def test_their_powers_are_equal():
 
 
 def test_a_varied_key_takes_the_place_of_what_says_the_same():
-    """`--vary oscillator.frequency` serves a scene that was written with a stiffness, and back."""
+    """`--vary oscillator.frequency` supports a scene that was written with a stiffness, and back."""
     varied = PLATE.varied({"oscillator.frequency": 61.0, "oscillator.q": 50.0})
     assert varied.oscillator.stiffness is None and varied.oscillator.damping_ratio is None
     assert varied.modal.stiffness == pytest.approx(0.005 * (2.0 * math.pi * 61.0) ** 2, rel=1e-14)

@@ -481,7 +481,7 @@ def test_another_load_by_its_keys():
 
 
 def test_a_scene_without_a_title_is_called_by_what_it_is():
-    """Figures have it where a title would be, a sweep's too."""
+    """Figures have it where a title would be, a sweep's as well."""
     tables = hv.load("examples/plate.toml").tables() | {"title": ""}
     scene = hv.Scene(**tables)
     assert (

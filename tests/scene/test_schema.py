@@ -106,7 +106,7 @@ def test_it_takes_every_example(path):
 
 @pytest.mark.parametrize("text", BROKEN)
 def test_it_marks_a_broken_scene(text):
-    """The program refuses each of the fifty, too."""
+    """The program refuses each of the fifty as well."""
     assert faults(text)
     with pytest.raises(InputError):
         hv.loads(text)
@@ -118,7 +118,7 @@ def test_there_are_fifty_broken_scenes():
 
 @pytest.mark.parametrize("text", BEYOND)
 def test_what_it_cannot_tell(text):
-    """The page on scenes says so."""
+    """The page on scenes states so."""
     assert faults(text) == []
     with pytest.raises(InputError):
         hv.loads(text)

@@ -1,4 +1,4 @@
-"""Chips and coils by their file: what a chip's netlist says, too, is the same number there."""
+"""Chips and coils by their file: what a chip's netlist states as well, is the same number there."""
 
 import math
 import re

@@ -34,7 +34,7 @@ def test_energy_is_conserved():
 
 @pytest.mark.slow
 def test_ideal_diodes_stand_for_the_boards_own():
-    """On the same noise the stores of 64 runs come as far with the netlist's own diodes, to 2 % (sampling .1 %)."""
+    """On the same noise the stores of 64 runs come as far with the netlist's own diodes, to 2 % (sampling 0.1 %)."""
     scene = noisy_node(node={"wake_voltage": 9.0})
     problem = Problem.of(scene)
     run = NodeRun(measured(problem, count=3, runs=64).best, scene.storage, scene.node)

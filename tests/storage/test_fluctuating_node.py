@@ -1,4 +1,4 @@
-"""A node whose current fluctuates: its store diffuses as the spectral density says, and counts are evened out."""
+"""A node whose current fluctuates: its store diffuses as the spectral density states, and counts are evened out."""
 
 import dataclasses
 
@@ -86,7 +86,7 @@ def test_packets_grow_evenly_over_their_interval(first, interval):
 
 
 def test_days_beyond_the_courses_are_those_of_the_mean_current():
-    """Where nothing stops it, a day's packets are as many as its intervals, though a course is 400 s long."""
+    """If nothing stops it, a day's packets are as many as its intervals, though a course is 400 s long."""
     volts = np.linspace(0.0, 5.0, 12)
     one = np.ones(12)
     table = RectifiedCurrent(volts, 1e-4 * one, 0.0 * one, S * one, one, 0.0 * one, 0.0)

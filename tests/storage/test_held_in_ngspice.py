@@ -55,7 +55,7 @@ def test_a_compiled_circuit_of_other_diodes_is_told(excitation, monkeypatch):
 
 @pytest.mark.ngspice
 def test_of_a_chip_the_rectifier_alone_is_run():
-    """The package's LTC3588 as a file of one's own says the same as by its name, with a whole error."""
+    """The package's LTC3588 as a file of one's own states the same as by its name, with a whole error."""
     scene = hv.load(EXAMPLES / "bimorph_ltc3588.toml")
     load = hv.Load(
         netlist=str(netlist_folder() / "ltc3588.cir"), parameters=dict(scene.load.parameters)

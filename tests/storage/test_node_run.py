@@ -35,7 +35,7 @@ def test_the_first_packet_is_after_the_charge_to_the_wake_voltage():
 
 
 def test_energy_limits_packets_to_what_comes_in():
-    """10 uA come, a packet takes 50 uC: in the long run 0.2 packets a second, less what a cut-off packet takes."""
+    """10 uA come, a packet needs 50 uC: in the long run 0.2 packets per second, less what a cut-off packet takes."""
     course = run().course(1e6)
     rate = course.packets / course.end
     cut_off = course.brown_outs / course.packets
@@ -94,7 +94,7 @@ def test_leakage_keeps_a_store_from_waking():
 
 
 def test_charge_that_moves_into_pores_is_that_of_a_line():
-    """300 sections of a line beside the capacitor, from another code: the store's voltage alone for two hours."""
+    """300 sections of a line next to the capacitor, from another code: the store's voltage alone for two hours."""
     storage = {
         "diffusion_capacitance": 0.4 * C,
         "diffusion_resistance": 3600.0 / (0.4 * C),

@@ -34,7 +34,7 @@ def test_a_recorded_tone_gives_the_current_of_the_drive(tmp_path):
 @pytest.mark.thorough("test_a_recorded_tone_gives_the_current_of_the_drive")
 @pytest.mark.slow
 def test_the_netlists_own_elements_give_the_current_of_ideal_ones(tmp_path):
-    """Both in two threads, from 0 to 5 V, in three windows of a burst: the bridge's differ by .1 % at most."""
+    """Both in two threads, from 0 to 5 V, in three windows of a burst: the bridge's differ by 0.1 % at most."""
     t = np.arange(0.0, 4.0, 0.002)
     _, problem = table_of(on_record(tmp_path, t, 1.5 * np.sin(2 * math.pi * 46.0 * t)))
     volts = np.linspace(0.0, 5.0, 64)

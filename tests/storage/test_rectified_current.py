@@ -63,7 +63,7 @@ def test_leaving_out_voltages_changes_a_smooth_table_little(weak):
 
 @pytest.mark.thorough("test_it_is_that_of_a_bridge_on_a_fixed_amplitude")
 def test_noise_gives_a_current_with_its_errors():
-    """Two seeds agree within their standard errors, and fluctuate about as the spectral density says."""
+    """Two seeds agree within their standard errors, and fluctuate about as the spectral density states."""
     scene = hv.load("examples/plate_bridge.toml")
     tables = [measured(Problem.of(scene), 3.0, seed=seed).best for seed in (1, 2)]
     first, second = tables

@@ -76,6 +76,16 @@ def test_arrays_of_a_path(tmp_path):
     np.testing.assert_allclose(again.table["voltage"], found.voltage, rtol=1e-8)
     head = (tmp_path / "motion.csv").read_text().splitlines()[0]
     assert head == "time (s),displacement (m),velocity (m/s),voltage (V)"
+    heads = [column.head for column in again.table.columns]
+    assert heads == ["time", "displacement", "velocity", "voltage"]  # not the mean time of `charge`
+
+
+def test_a_provenance_without_a_scene(tmp_path):
+    """Numbers have SI units then."""
+    (tmp_path / "cost.csv").write_text("x (V)\n1\n")
+    for scene in ("null", '"plate"', "{}"):
+        (tmp_path / "provenance.json").write_text(f'{{"scene": {scene}}}')
+        assert hv.read(tmp_path).physical and "V" in str(hv.read(tmp_path))
 
 
 @pytest.mark.parametrize(
@@ -98,18 +108,23 @@ def test_arrays_of_a_path(tmp_path):
             },
             "must hold a whole sweep, but line 2",
         ),
-        (
-            {
-                "cost.csv": ",".join(
-                    f"p{end}"
-                    for end in (
-                        *("", "_stderr", "_dof", "_step_bias"),
-                        *("_model_bias", "_error95", "_unknown"),
+        ({"cost.csv": "x,y,x\n1,2,3\n"}, "name each of its columns once.*has several 'x'"),
+        ({"cost.csv": "x (V),x (m)\n1,2\n"}, "name each of its columns once.*has several 'x'"),
+        *(
+            (
+                {
+                    "cost.csv": ",".join(
+                        f"p{end}"
+                        for end in (
+                            *("", "_stderr", "_dof", "_step_bias"),
+                            *("_model_bias", "_error95", "_unknown"),
+                        )
                     )
-                )
-                + "\n1,nan,,,,,\n"
-            },
-            "hold numbers with their errors",
+                    + f"\n1,{stderr},,,,,\n"
+                },
+                "hold numbers with their errors",
+            )
+            for stderr in ("nan", "-0.1")
         ),
     ],
 )

@@ -1,4 +1,4 @@
-"""Sensitivity of a netlist's power within a budget: what there was no time for is named, and not told."""
+"""Sensitivity of a netlist's power within a budget: what there was no time for is named, and not reported."""
 
 from dataclasses import replace
 

@@ -66,7 +66,7 @@ class Visit:
         self.page.wait_for_selector(".headline .power")
 
     def text(self, name):
-        """What a part of the page says."""
+        """What a part of the page states."""
         return self.page.locator(f".{name} .bk-clearfix").first.inner_text()
 
     def power(self):

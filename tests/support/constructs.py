@@ -47,7 +47,7 @@ def in_braces(expression):
 
 
 def drawn(function):
-    """A B source beside the load that draws a microampere times a function."""
+    """A B source next to the load that draws a microampere times a function."""
     return f"B1 p n I=1u*({function})\nRload p n 1Meg"
 
 

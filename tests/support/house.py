@@ -242,7 +242,7 @@ def name_of(node):
 
 
 def sentences_read():
-    """Tests of what a sentence says: it is compared, searched, or what holds sentences is."""
+    """Tests of what a sentence states: it is compared, searched, or what holds sentences is."""
     for name, node in walked(ast.Call, ast.Compare):
         if MESSAGES.match(name):
             continue
@@ -275,7 +275,7 @@ GIVING = ast.keyword, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Call, ast.Fu
 def words_made():
     """Sentences for warnings, notes, reasons and refusals that are written outside presentation/messages.
 
-    Such a sentence is given to an argument or a name that is called so, or added to it, or stands in a function that
+    Such a sentence is given to an argument or a name that is called so, or added to it, or is in a function that
     is called so, or begins with "warning:".  What is raised is no such sentence, nor is a caption of a page.
     """
     raised = {id(part) for _, one in walked(ast.Raise) for part in ast.walk(one)}
@@ -306,7 +306,7 @@ def words_made():
 
 
 def vague_names():
-    """Variables, arguments, attributes, functions and classes whose name does not say what they hold or do."""
+    """Variables, arguments, attributes, functions and classes whose name does not state what they hold or do."""
     kinds = ast.Name, ast.Attribute, ast.arg, ast.FunctionDef, ast.ClassDef
     for file, node in walked(*kinds):
         if isinstance(getattr(node, "ctx", None), ast.Load | ast.Del):
@@ -422,7 +422,7 @@ def questions_of_kind():
 
 
 def one_importer_modules():
-    """Modules that one module alone imports, which stands in the same folder."""
+    """Modules that one module alone imports, which is in the same folder."""
     importers = defaultdict(set)
     known = {name.removesuffix(".py").replace("/", ".") for name in parsed()}
     for name, node in walked(ast.Import, ast.ImportFrom):

@@ -293,7 +293,7 @@ def unary(what, a):  # noqa: PLR0912 -- one operation a branch
 class Machine(NamedTuple):
     """A circuit's equations as arrays.
 
-    P, Z, G, A, W, s and b are as of `harvester.circuits.system`, ``read_out`` has the rows of what is told and
+    P, Z, G, A, W, s and b are as of `harvester.circuits.system`, ``read_out`` has the rows of what is reported and
     ``control`` those of the switches.  ``functions`` has for each function where its code begins and ends, and where
     the numbers of its inputs do in ``needs``; ``junctions`` how each input is limited, ``steps`` the differences by
     which derivatives are taken, ``volts`` what 1 of each charge is, ``voltages`` which unknowns are voltages.
@@ -504,7 +504,7 @@ def followed(c, waves, longest, end, tolerance, z, switches):
 
 
 def by_machine(circuit, tolerance=TOLERANCE, longest=LONGEST_STEP * 4.0):
-    """The answer of a circuit's equations, with the oracle's current and the leak beside them.
+    """The answer of a circuit's equations, with the oracle's current and the leak next to them.
 
     A step is of at most ``longest`` seconds, and its two orders differ by ``tolerance`` of a charge
     at most.

@@ -2,7 +2,7 @@
 
 `netlist(seed)` is the text of a file with a subcircuit ``board`` of two terminals and a resistor
 Rload.  Its elements are drawn from a spine, which leaves a path for direct current from terminal to
-terminal, and from what hangs beside it:
+terminal, and from what hangs next to it:
 
     elements       R C L K D Q J M S W B E F G H V I X, in every form that a netlist writes them
     values         numbers with suffixes and units, parameters, expressions in braces, quotes and bare
@@ -431,7 +431,7 @@ class _Writer:
         return 10 ** self.rng.uniform(4.3, 6.3)
 
     def options(self, letter, scope):
-        """What may stand behind an element: multiplicity, temperatures and the like."""
+        """What may are behind an element: multiplicity, temperatures and the like."""
         text = ""
         if self.maybe(0.12):
             text += f" {self.one('m', 'M')}{self.one('=', ' = ')}{self.one('2', '3', '4', '{1+1}', '0.5')}"
@@ -517,7 +517,7 @@ class _Writer:
         return f"{self.name('S')} {a} {b} {first} {second} {self.model('sw', scope)}{state}"
 
     def beside(self, nodes, controls, coils, scope):  # noqa: PLR0912 -- a form a branch
-        """An element beside the spine, between known nodes."""
+        """An element next to the spine, between known nodes."""
         a, b = self.rng.sample(nodes, 2) if len(nodes) > 1 else (nodes[0], nodes[0])
         form = self.rng.random()
         if form < 0.15:

@@ -22,7 +22,7 @@ def written(folder, body, name="board"):
 
 
 def original(name):
-    """The text of one of the package's subcircuits and of all parts as it stands in the files, for ngspice alone."""
+    """The text of one of the package's subcircuits and of all parts as it is in the files, for ngspice alone."""
     folder = netlist_folder()
     lines = (folder / f"{name}.cir").read_text().splitlines()
     first = next(k for k, line in enumerate(lines) if line.startswith(f".subckt {name} "))

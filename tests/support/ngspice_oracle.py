@@ -1,7 +1,7 @@
-"""What ngspice says of a load circuit that a given current feeds: its own reading of the text, never one of ours.
+"""What ngspice states of a load circuit that a given current feeds: its own reading of the text, never one of ours.
 
-A piezo of a capacitance CAPACITANCE with a leak beside it is driven by three sines of current
-(DRIVE) for SECONDS from rest, and what is told is the mean power of Rload and the RMS of the
+A piezo of a capacitance CAPACITANCE with a leak next to it is driven by three sines of current
+(DRIVE) for SECONDS from rest, and what is reported is the mean power of Rload and the RMS of the
 terminals' voltage.  The netlist's text reaches ngspice letter by letter, between a bench of three
 lines before it and ``.end`` behind.
 
@@ -97,7 +97,7 @@ def subcircuit_of(text):
 
 
 def by_program(text, terminals=None, resistor="Rload", program="ngspice", patience=60.0):
-    """What the program says, in batch mode."""
+    """What the program states, in batch mode."""
     lines, vectors = bench_of(text, terminals, resistor)
     signs = _signs(terminals)
     with tempfile.TemporaryDirectory() as folder:
@@ -150,14 +150,14 @@ def measured(times, voltages, powers, messages):
 
 
 def reason(messages):
-    """The line of ngspice's messages that says why."""
+    """The line of ngspice's messages that states why."""
     said = [line.strip() for line in messages if line.strip() and not _HARMLESS.search(line)]
     lines = [" ".join(said[k : k + 4]) for k, line in enumerate(said) if _REFUSING.search(line)]
     return lines[0][:240] if lines else (messages[-1].strip()[:160] if messages else "says nothing")
 
 
 def _file_of(library):
-    """The file that a library's name or path stands for."""
+    """The file that a library's name or path represents."""
     if "/" in library:
         return library
     ctypes.CDLL(library)
@@ -198,7 +198,7 @@ class Oracle:
         return 0
 
     def _left(self, *_):
-        """ngspice gives up: tell what it said, and end this process."""
+        """ngspice gives up: report what it stated, and end this process."""
         if self._pipe >= 0:
             _tell(self._pipe, {"messages": self._messages})
             os._exit(0)

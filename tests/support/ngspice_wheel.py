@@ -77,7 +77,7 @@ def _build(made):
 
 
 def audited():
-    """What auditwheel says of the wheel."""
+    """What auditwheel states of the wheel."""
     command = [wheel().parent / "environment/bin/auditwheel", "show", wheel()]
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 

@@ -121,7 +121,7 @@ def lacks_an_extra(told):
 
 
 def run(words, where, less=()):
-    """Run one command in the present folder; its exit status must be 0, and what it says it wrote must be there.
+    """Run one command in the present folder; its exit status must be 0, and what it states it wrote must be there.
 
     A command that needs an extra that is not installed here must ask for it.
     """
@@ -172,7 +172,7 @@ def script(argv):
 
 
 def written(line):
-    """Files of a line such as 'written: out/sweep.csv, sweep.png'; those without a folder are beside the first."""
+    """Files of a line such as 'written: out/sweep.csv, sweep.png'; those without a folder are next to the first."""
     names = [name.strip() for name in line.removeprefix("written: ").split(",") if name.strip()]
     first = Path(names[0])
     return [

@@ -88,7 +88,7 @@ def m2(A: Floats, Phi: Floats, eqs: Equations) -> Floats:
 
 
 def impact(A: Floats, Phi: Floats, eqs: Equations) -> Floats:
-    """What stands before delta(A cos Phi) in dA/dt, -(1 - r) A^2 nu^3 |sin^3 Phi|/Q (Eqs. 13, 19, with an abs)."""
+    """What is before delta(A cos Phi) in dA/dt, -(1 - r) A^2 nu^3 |sin^3 Phi|/Q (Eqs. 13, 19, with an abs)."""
     if eqs.restitution is None:
         return np.zeros(np.broadcast(A, Phi).shape)
     k, Q = stiffness(A, eqs)

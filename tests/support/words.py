@@ -1,4 +1,4 @@
-"""The ten patterns of English that the documents avoid, counted over documents, texts of the package and netlists.
+"""The ten patterns of English to avoid, counted over documents, texts of the package, netlists and tests.
 
 `python -m tests.support.words documents NAME` prints each place of a pattern.
 """
@@ -139,7 +139,16 @@ def netlists():
             )
 
 
-SETS = {"documents": documents, "package": package, "netlists": netlists}
+def tests():
+    """Each file of the tests with its docstrings."""
+    for path in sorted((ROOT / "tests").rglob("*.py")):
+        tree = ast.parse(path.read_text())
+        kinds = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+        texts = (ast.get_docstring(node) for node in ast.walk(tree) if isinstance(node, kinds))
+        yield str(path.relative_to(ROOT)), "\n".join(prose(one) for one in texts if one)
+
+
+SETS = {"documents": documents, "package": package, "netlists": netlists, "tests": tests}
 
 
 @cache

@@ -145,7 +145,7 @@ def test_what_is_known_to_be_explained_is_not_fitted():
 
 
 def test_what_short_pairs_lack_of_a_difference_is_a_part_of_the_bias():
-    """E[low] + E[high - low], and what they may lack beside the bias of low."""
+    """E[low] + E[high - low], and what they may lack next to the bias of low."""
     low = RNG.standard_normal(400)
     high = low + 0.01 + 1e-3 * RNG.standard_normal(400)
     found = differing(high, low, Value(2.0, 0.02, 0.001, dof=50.0), 0.003)

@@ -56,7 +56,7 @@ def test_controls_take_noise_away_without_a_bias(of_each):
 
 
 def test_entries_of_one_record_count_once():
-    """Two entries that are alike on each record say no more than one of them."""
+    """Two entries that are alike on each record state no more than one of them."""
     high, low = RNG.standard_normal((2, 12))
     twice = difference95(np.repeat(high, 2), np.repeat(low, 2), together=2)
     once = difference95(high, low)

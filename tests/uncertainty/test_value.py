@@ -38,7 +38,7 @@ def test_a_value_with_rounding_alone_has_six_digits():
 
 
 def test_a_value_is_a_number_with_a_unit():
-    """float(), a format, arrays; without a format the errors and the unit are said."""
+    """float(), a format, arrays; without a format the errors and the unit are reported."""
     power = Value(8.4e-6, stderr=1e-8, unit="W")
     assert float(power) == 8.4e-6 and f"{power:.1e}" == "8.4e-06"
     assert (

@@ -124,8 +124,10 @@ def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Float
     flow = np.concatenate([flow, 0.0 * margin[:, :1]], axis=1)
     return np.array(
         [
-            _one_scene(*rows)
-            for rows in zip(margin.tolist(), flow.tolist(), sums.tolist(), strict=True)
+            _one_scene(excess, flows, right_side)
+            for excess, flows, right_side in zip(
+                margin.tolist(), flow.tolist(), sums.tolist(), strict=True
+            )
         ]
     )
 

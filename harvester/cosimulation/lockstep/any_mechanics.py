@@ -204,7 +204,7 @@ def begin_part(s, at, reaction, record, f, m):
     if first < math.inf:
         length = math.inf
         if not is_noisy(s, at, reaction, f, m):
-            length = part_to_event(s, at, first, reaction, record, f, m)
+            length = part_to_event(s, at, first, reaction, record=record, f=f, m=m)
         s.split = 1 if length < math.inf else 0
         if s.split == 0:
             s.part = whole
@@ -319,7 +319,7 @@ def accept_model(s, p, record, f, m, at):
         record.samples[0, -1] = p.power
     goal, events = s.goal, s.impacts
     while True:
-        at, target, goal = next_leg(s, p, at, goal, reaction, record, f, m)
+        at, target, goal = next_leg(s, p, at, goal, reaction=reaction, record=record, f=f, m=m)
         if target - s.phase > TINY * s.h or s.fault != 0:
             break
         at = drifted(s, at, target, f, m)
@@ -339,4 +339,6 @@ def begin_model(s: Any, start: Any, samples: Floats, f: Functions, m: Any) -> No
     samples[0, : len(start)] = start
     s.measuring = DURING
     s.driven = f.source(m, start)
-    s.next_phase, s.goal, s.target_time = START * s.h, SAMPLE, START * s.h
+    s.next_phase = START * s.h
+    s.goal = SAMPLE
+    s.target_time = START * s.h

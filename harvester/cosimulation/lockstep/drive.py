@@ -129,7 +129,9 @@ class Drive:
             self.modes[0, ::BATCH] = y = mechanics_of(eqs).started(start)
             # as the circuit sees it
             start = (float(np.dot(eqs.modes.coupling, y[: eqs.modes.count])), *start[1:4])
-        self.eqs, self.start, self._numbers = eqs, start, np.array(_numbers(self.coefficients))
+        self.eqs = eqs
+        self.start = start
+        self._numbers = np.array(_numbers(self.coefficients))
         self.state = state = np.zeros(1, STATE).view(np.recarray)
         state["h"] = h
         state["w0"] = w0
@@ -162,10 +164,8 @@ class Drive:
             interpreted(plan_impact)(state[0], start[2], mean, c)
         if smooth:
             straight = state["meet"][0] < math.inf
-            state["smooth"], state["bend"] = (
-                1,
-                0.0 if straight else (speed - start[1]) / (0.5 * state["h"][0]),
-            )
+            state["smooth"] = 1
+            state["bend"] = 0.0 if straight else (speed - start[1]) / (0.5 * state["h"][0])
         interpreted(next_event)(state[0], self.impacts, c)
 
     @property

@@ -207,7 +207,7 @@ def make_kick(s, p, recording, c):
         (_, a) = between_kicks(recording.shaking, s.n_steps + 1)
         s.v = kick_at_stops(State(s.x, before, force), xi, s.h, c, a)
         if s.measuring == DURING:
-            add_works_of_kick(s, before, s.v, s.x, force, xi, s.h, c, a)
+            add_works_of_kick(s, before, s.v, s.x, volts=force, xi=xi, h=s.h, c=c, a=a)
     s.n_steps += 1
     s.phase = 0.0
     note_stored_energy(s, p, stored_in_mass(s, contact_energy(s.x, c), c))

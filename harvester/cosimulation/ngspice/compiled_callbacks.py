@@ -134,15 +134,15 @@ def data_callback(vectors, count, ident, user):
     power = _real(values, s.power_index)
     smooth = _real(values, s.smooth_index) - _real(values, s.smooth_minus_index)
     current = -_real(values, s.current_index)  # out of the piezo; ngspice counts it into the source
-    return _call(s.accepted_at, user, t, v, power, current, smooth)
+    return _call(s.accepted_at, user, t, v, power=power, current=current, smooth=smooth)
 
 
 def pattern_of(coefficients: Any) -> Any:
     """Coefficients with zeros in place of numbers, also in tuples among them."""
     if not isinstance(coefficients, tuple):
         return None if coefficients is None else 0.0
-    pattern = [pattern_of(coefficient) for coefficient in coefficients]
-    return type(coefficients)(*pattern) if hasattr(coefficients, "_fields") else tuple(pattern)
+    as_given = getattr(coefficients, "_make", tuple)
+    return as_given([pattern_of(coefficient) for coefficient in coefficients])
 
 
 @cache
@@ -164,9 +164,9 @@ def point_function(pattern: Coefficients | ModalCoefficients, shaken: bool) -> A
             carray(_pointer(s.shaking_at), s.noise_size + 1, np.float64) if shaken else None,
             carray(_pointer(s.samples_at), (s.noise_size // s.stride, 5), np.float64),
             carray(_pointer(s.impacts_at), (s.impacts_size, 2), np.float64),
-            carray(_pointer(s.charge_at), s.noise_size // s.stride, np.float64),
-            carray(_pointer(s.kicked_at), (s.noise_size, 5), np.float64),
-            carray(_pointer(s.modes_at), (3, rows * BATCH), np.float64) if rows else None,
+            charge=carray(_pointer(s.charge_at), s.noise_size // s.stride, np.float64),
+            kicked=carray(_pointer(s.kicked_at), (s.noise_size, 5), np.float64),
+            modes=carray(_pointer(s.modes_at), (3, rows * BATCH), np.float64) if rows else None,
         )
         point = Point(t, v, power, current, smooth)
         if rows:

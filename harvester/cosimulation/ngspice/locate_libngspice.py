@@ -7,10 +7,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from harvester.errors import MissingProgramError
+from harvester.errors import MissingProgramError, shown
 from harvester.machine.system import this_system
 
 REMEDY = "run 'make setup', 'pip install piezo-harvester[ngspice]' or 'apt-get install libngspice0 ngspice'"
+
+OTHER_PATH = (
+    "run 'unset NGSPICE_LIBRARY_PATH', or set it to the path of a file such as libngspice.so.0"
+)
 
 
 def find_library() -> str:
@@ -20,10 +24,14 @@ def find_library() -> str:
     """
     named = os.environ.get("NGSPICE_LIBRARY_PATH")
     library = named or _in_wheel() or this_system.library("ngspice")
-    if library is None or (named and not Path(named).is_file()):
-        where = f" at NGSPICE_LIBRARY_PATH = {named!r}" if named else ""
+    if named and not Path(named).is_file():
         raise MissingProgramError(
-            f"engine 'spice' must have ngspice installed, but its library is missing{where}: {REMEDY}"
+            "engine 'spice' must have ngspice installed, but its library is missing at "
+            f"NGSPICE_LIBRARY_PATH = {shown(named)}: {OTHER_PATH}"
+        )
+    if library is None:
+        raise MissingProgramError(
+            f"engine 'spice' must have ngspice installed, but its library is missing: {REMEDY}"
         )
     return library
 

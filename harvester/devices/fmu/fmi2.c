@@ -127,7 +127,7 @@ API fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
 }
 API fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
     if (!is_own(c, state, sizeof(Data))) return fmi2Error;
-    memcpy(&((Part *)c)->data, state, sizeof(Data));
+    restore(c, state);
     return fmi2OK;
 }
 API fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {

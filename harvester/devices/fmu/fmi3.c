@@ -208,7 +208,7 @@ API fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
 }
 API fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
     if (!is_own(c, state, sizeof(Data))) return fmi3Error;
-    memcpy(&((Part *)c)->data, state, sizeof(Data));
+    restore(c, state);
     return fmi3OK;
 }
 API fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {

@@ -101,11 +101,12 @@ static void complain(Part *part, const char *format, ...) {
     if (part->say) part->say(part, words);
 }
 
-/* Whether bytes are a state of this FMU, to whose tables it belongs; with words if not. */
-static int is_own(Part *part, const void *bytes, size_t size) {
-    if (bytes && size == sizeof(Data) && !memcmp(bytes, TOKEN, sizeof TOKEN)) return 1;
-    complain(part, "the state must be one of this FMU, but is of another");
-    return 0;
+static int is_count(double x) { return x >= 0.0 && x <= 9007199254740992.0 && x == floor(x); }
+static int is_one_of(double x, double least, double most) { return x >= least && x <= most && x == floor(x); }
+static int are_finite(const double *x, int n) { /* and so are their squares */
+    for (int k = 0; k < n; k++)
+        if (!(fabs(x[k]) < 1e150)) return 0;
+    return 1;
 }
 
 static void numbers_of(Data *d) {
@@ -115,6 +116,69 @@ static void numbers_of(Data *d) {
         double ratio = d->v[t->variable] / VARIABLE[t->variable].start;
         if (ratio != 1.0) d->numbers[t->number] *= pow(ratio, t->power);
     }
+}
+
+/* Numbers of the present actions: inputs, which are constant or linear in time from now on. */
+static void inputs(Data *d) {
+    double since = (d->time - d->origin) * FREQUENCY;
+    d->numbers[N_A] = -d->v[V_BASE] / d->numbers[N_ACCELERATION];
+    d->numbers[N_SLOPE] = -d->slope / d->numbers[N_ACCELERATION] / FREQUENCY;
+    d->numbers[N_SINCE] = since;
+    if (N_CURRENT >= 0) d->numbers[N_CURRENT] = d->v[V_CURRENT < 0 ? 0 : V_CURRENT] / d->numbers[N_AMPERES];
+}
+
+/* What is wrong with the numbers of a state, which may have been changed while it was saved; NULL if nothing is. */
+static const char *fault_of(const Data *d) {
+    if (d->phase < CREATED || d->phase > ENDED) return "phase";
+    if (!are_finite(d->v, VARIABLES)) return "variables";
+    for (int k = 0; k < VARIABLES; k++) {
+        const Variable *v = VARIABLE + k;
+        if (v->kind != OUTPUT && v->kind != TIME && !(d->v[k] >= v->least && d->v[k] <= v->most)) return v->name;
+    }
+    if (!isfinite(d->time) || !isfinite(d->origin) || !(fabs(d->slope) < 1e150) || d->time < d->origin) return "time";
+    if (!are_finite(d->w, STATE_SIZE)) return "motion";
+    double now = (d->time - d->origin) * FREQUENCY, slack = 1e-6 * (now + INNER_STEP);
+    if (!(fabs(d->w[LOCATED ? W_TIME : W_NOW] - now) <= slack)) return "time of the motion";
+    if (!LOCATED && !(fabs(d->w[W_TIME] - d->w[W_STEPS] * INNER_STEP) <= slack && d->w[W_TIME] <= now + slack &&
+                      d->w[W_TIME] >= now - INNER_STEP - slack))
+        return "time of the last inner step";
+    if (!is_count(d->w[W_STEPS]) || !is_count(d->w[W_HITS])) return "counts";
+    if (!is_one_of(d->w[W_BEGUN], 0.0, 1.0) || !is_one_of(d->w[W_PENDING], -1.0, 1.0)) return "marks of the motion";
+#if NETLIST
+    const double *circuit = d->w + NETLIST_AT;
+    for (int k = 0; k < SWITCHES; k++)
+        if (!is_one_of(circuit[SWITCHES_AT + k], 0.0, 1.0)) return "switches";
+    if (!is_one_of(circuit[VOLTAGES_AT - 1], 0.0, LEVELS - 1)) return "level of the circuit's steps";
+    if (!(d->w[W_COUNTS] >= 0.0) || !is_count(d->w[W_COUNTS + 1]) || !is_count(d->w[W_COUNTS + 2])) return "counts of the circuit";
+#endif
+    if (d->phase == CREATED || d->phase == INITIALISING) return NULL; /* the first numbers are made at the end of it */
+    if (!(d->words[0] | d->words[1])) return "random generator";
+    Data again = *d;
+    numbers_of(&again);
+    for (int k = 0; k < NUMBERS; k++) {
+        int given = k == N_A || k == N_SLOPE || k == N_SINCE || k == N_CURRENT; /* those of the step before */
+        if (!given && again.numbers[k] != d->numbers[k]) return "numbers of the device";
+    }
+    return NULL;
+}
+
+/* Whether bytes are a state that this FMU has saved, to whose tables it belongs; with words if not. */
+static int is_own(Part *part, const void *bytes, size_t size) {
+    if (!bytes || size != sizeof(Data) || memcmp(bytes, TOKEN, sizeof TOKEN)) {
+        complain(part, "the state must be one of this FMU, but is of another");
+        return 0;
+    }
+    Data d;
+    memcpy(&d, bytes, sizeof d);
+    const char *fault = fault_of(&d);
+    if (fault) complain(part, "the state must be as it was saved, but has another value in its %s", fault);
+    return !fault;
+}
+
+/* Put a state in place of the present one. */
+static void restore(Part *part, const void *state) {
+    memcpy(&part->data, state, sizeof(Data));
+    part->data.stale = 1; /* outputs are computed from it */
 }
 
 static uint64_t split_mix(uint64_t *z) { /* Steele, Lea and Flood 2014: words for the generator from a seed */
@@ -169,15 +233,6 @@ static int begin(Part *part) {
         return 0;
     }
     return 1;
-}
-
-/* Numbers of the present actions: inputs, which are constant or linear in time from now on. */
-static void inputs(Data *d) {
-    double since = (d->time - d->origin) * FREQUENCY;
-    d->numbers[N_A] = -d->v[V_BASE] / d->numbers[N_ACCELERATION];
-    d->numbers[N_SLOPE] = -d->slope / d->numbers[N_ACCELERATION] / FREQUENCY;
-    d->numbers[N_SINCE] = since;
-    if (N_CURRENT >= 0) d->numbers[N_CURRENT] = d->v[V_CURRENT < 0 ? 0 : V_CURRENT] / d->numbers[N_AMPERES];
 }
 
 static void refresh(Part *part) {

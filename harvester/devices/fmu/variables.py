@@ -49,17 +49,29 @@ OUTPUTS = (
     ("load_energy", OUT.LOAD, "joules", "J", "energy out of the piezo through its load so far"),
     ("damping_energy", OUT.DAMPING, "joules", "J", "energy lost in the damping so far"),
     ("impact_energy", OUT.LOST, "joules", "J", "energy lost in impacts so far"),
-    ("stored_energy", OUT.STORED, "joules", "J", "energy in mass, springs and capacitances"),
+    (
+        "stored_energy",
+        OUT.STORED,
+        "joules",
+        "J",
+        "energy in mass, springs and the piezo's capacitance",
+    ),
     (
         "delivered_energy",
         OUT.DELIVERED,
         "joules",
         "J",
-        "energy in the netlist's load resistance so far",
+        "energy in the circuit's load resistance so far",
+    ),
+    (
+        "circuit_energy",
+        OUT.DRAINED,
+        "joules",
+        "J",
+        "energy lost in the ideal circuit's diodes and coil so far, a part of load_energy",
     ),
     ("store_voltage", OUT.STORE, "volts", "V", "voltage across the circuit's capacitor"),
 )
-BESIDE_NETLIST = {"stored_energy": "energy in mass, springs and the piezo's capacitance"}
 OF_STOPS = ("impacts", "impact_time", "impact_speed", "base_impulse", "impact_energy")
 
 
@@ -105,7 +117,8 @@ def variables(problem: Problem, part: CompiledPart) -> list[Variable]:
         absent = (
             (name in OF_STOPS and not eqs.has_stop)
             or (name == "store_voltage" and not has_store(part))
-            or (name == "delivered_energy" and part.tables is None)
+            or (name == "delivered_energy" and not part.plan.circuit)
+            or (name == "circuit_energy" and (part.tables or not part.plan.circuit))
         )
         if absent:
             continue
@@ -114,7 +127,7 @@ def variables(problem: Problem, part: CompiledPart) -> list[Variable]:
                 name,
                 OUTPUT,
                 si,
-                meaning if part.tables is None else BESIDE_NETLIST.get(name, meaning),
+                meaning,
                 output=int(index),
                 of_part=unit,
                 integer=name == "impacts",

@@ -247,5 +247,13 @@ def _by_cheap_model(
     }
     details["trajectories"] = pair.trajectories.count
     said = warning("ngspice_left_out", resistive=setup.resistive, why=str(error))
-    known = v2.with_unknown(WITHOUT_NGSPICE), power.with_unknown(WITHOUT_NGSPICE)
-    return estimate(name, problem, *known, [*setup.diagnostics, said], seconds, pair.steps, details)
+    return estimate(
+        name,
+        problem,
+        v2.with_unknown(WITHOUT_NGSPICE),
+        power.with_unknown(WITHOUT_NGSPICE),
+        [*setup.diagnostics, said],
+        seconds,
+        steps=pair.steps,
+        details=details,
+    )

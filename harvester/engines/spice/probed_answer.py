@@ -117,11 +117,9 @@ def with_sampled_probes(answer: Estimate, problem: Problem, watch: Watch, runs: 
         bias += runs.probed_tolerance * sizes_of_probes(mean)
 
     def value(probe: int, column: int) -> Value:
-        known = (
-            *mean_and_error(rows[:, probe, column]),
-            None if unknown else float(bias[probe, column]),
-        )
-        return Value(*known, dof=len(rows) - 1.0, unknown=unknown)
+        average, stderr = mean_and_error(rows[:, probe, column])
+        step = None if unknown else float(bias[probe, column])
+        return Value(average, stderr, bias=step, dof=len(rows) - 1.0, unknown=unknown)
 
     columns = [[value(k, j) for j in range(4)] for k in range(len(watch.all))]
     return with_probes(answer, problem, watch, columns, answer.details["duration"])

@@ -164,7 +164,7 @@ class WithResistor:
     ) -> None:
         """Advance a batch by a schedule of steps of h."""
         update = update_of(self.eqs, h, ngspice_rule)
-        advance(batch, schedule, h, self.circuit, self.coefficients, shaker, update)
+        advance(batch, schedule, h, self.circuit, c=self.coefficients, shaker=shaker, update=update)
 
     def mid_drift(
         self, batch: Batch, state: Floats, out: Floats, h: float, shaker: Filter | None

@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -140,9 +141,19 @@ def exponent(
             "strong: give fewer `trajectories`"
         )
     done = (lambda fraction: None) if progress is None else progress
-    run = (eqs, child(seed, 0), trajectories, burn_in, duration, h)
-    fine, pushed, steps = _run(*run, False, lambda part: done(part * 2 / 3))
-    coarse, coarse_pushed, coarse_steps = _run(*run, True, lambda part: done((2 + part) / 3))
+    run = partial(
+        _run,
+        eqs,
+        child(seed, 0),
+        trajectories=trajectories,
+        burn_in=burn_in,
+        duration=duration,
+        h=h,
+    )
+    fine, pushed, steps = run(coarse=False, progress=lambda part: done(part * 2 / 3))
+    coarse, coarse_pushed, coarse_steps = run(
+        coarse=True, progress=lambda part: done((2 + part) / 3)
+    )
     value, stderr = controlled_mean(fine, pushed)
     bias = abs(step_bias([fine, coarse], controls=np.hstack([pushed, coarse_pushed]))[0])
     return Growth(
@@ -193,9 +204,9 @@ def _run(
     def block(k: int) -> None:
         (x, v, voltage), (s0, s1) = state[k], words[k]
         batch = Batch(x, v, voltage, s0=s0, s1=s1)
-        grow(batch, logs[k], pushes[k], before, draws, coarse, step, c)
+        grow(batch, logs[k], pushes[k], before, draws=draws, coarse=coarse, h=step, c=c)
         logs[k], pushes[k] = 0.0, 0.0
-        grow(batch, logs[k], pushes[k], after, draws, coarse, step, c)
+        grow(batch, logs[k], pushes[k], after, draws=draws, coarse=coarse, h=step, c=c)
 
     with ThreadPoolExecutor(cores()) as pool:
         for done, _ in enumerate(pool.map(block, range(blocks)), 1):

@@ -202,7 +202,9 @@ class RichardsonPair:
         new = [now, *then]
         before = self._moments_of_all
         self._moments_of_all = (
-            [self._with(*both, share) for both in zip(before, new, strict=True)] if before else new
+            [self._with(old, more, share) for old, more in zip(before, new, strict=True)]
+            if before
+            else new
         )
 
     def _with(self, before: Moments, now: Moments, share: float) -> Moments:

@@ -36,7 +36,7 @@ def add_circuit_features(i, s, U, xi, controls, c):
     root = np.sqrt(all_energy(x, v, V, c))
     if c.n2 is not None or c.n12 is not None:
         xi *= np.sqrt(intensity(x, c))
-    add_weighted_noise(i, x, v, V, U, root, xi, controls)
+    add_weighted_noise(i, x, v, V, U=U, root=root, xi=xi, controls=controls)
 
 
 @forced

@@ -18,7 +18,9 @@ from harvester.mechanics.kernels.shaking import drawn_record, filter_of, filter_
 def _filter_path(xi, p, q, f, out):
     """Fill ``out``, shape (3, n), as `filtered` does, from variates of shape (2, n)."""
     for k in range(out.shape[1]):
-        out[0, k], out[1, k], out[2, k] = p, q, f.l11 * xi[0, k]
+        out[0, k] = p
+        out[1, k] = q
+        out[2, k] = f.l11 * xi[0, k]
         p1 = f.a11 * p + f.l11 * xi[0, k]
         q1 = 0.0
         if f.a12 is not None:

@@ -205,7 +205,7 @@ def until_last_event(s, store, d, c, circuit, a):
             wall = wall_of(impacts.speed, c)
             first = impacts.time
         w = (s1.x - wall) / (d.t - first) if d.t > first else 0.0
-    V, store, leg = followed(s.x, wall, first, w, d.t, s.V, store, circuit)
+    V, store, leg = followed(s.x, wall, first, w, t=d.t, V=s.V, store=store, circuit=circuit)
     return State(s1.x, s1.v, V), store, leg, impacts
 
 

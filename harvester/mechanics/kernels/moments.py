@@ -85,7 +85,11 @@ class Moments:
         """Each moment of both joined, and the controls if both have them."""
         pairs = {f.name: (getattr(self, f.name), getattr(other, f.name)) for f in fields(self)}
         return Moments(
-            **{name: join(*two) for name, two in pairs.items() if two[0] is not None is not two[1]}
+            **{
+                name: join(mine, theirs)
+                for name, (mine, theirs) in pairs.items()
+                if mine is not None is not theirs
+            }
         )
 
     def row(self, index: int) -> "Moments":

@@ -43,13 +43,15 @@ def move(s, d, c, a=None):
         s1, speed = drift_at_stop(s, d, c, c.r, None, a)
         if c.r is None:
             return s1, Impacts(0.0, 0.0, 0.0, 0.0)
-        return s1, _single(s, d.h, c.r, c, None, a, speed)
+        return s1, _single(s, d.h, c.r, c, pull=None, a=a, speed=speed)
     if c.r is None:
         return in_contact(s.x + c.gap, s.v, s.V, d.t, c)
     if c.high is None:
         s = State(max(s.x + c.gap, 0.0), s.v, s.V)
         s1, speed = drift_at_stop(s, d, c, c.r, c.pull, a)
-        return State(s1.x - c.gap, s1.v, s1.V), _single(s, d.h, c.r, c, c.pull, a, speed)
+        return State(s1.x - c.gap, s1.v, s1.V), _single(
+            s, d.h, c.r, c, pull=c.pull, a=a, speed=speed
+        )
     return _move_between(s, d, c, a)
 
 
@@ -106,7 +108,7 @@ def _move_between(s, d, c, a):
             x1 = min(max(s.x + d.t * s.v, -c.gap), c.high)
             return State(x1, s.v, way * s1.V), Impacts(0.0, 0.0, 0.0, 0.0)
         if s1.x <= c.gap + c.high:
-            did = _single(ahead, d.h, r, c, pull, a_ahead, speed)
+            did = _single(ahead, d.h, r, c, pull=pull, a=a_ahead, speed=speed)
             return State(wall + way * s1.x, way * s1.v, way * s1.V), Impacts(
                 did.time, way * speed, did.number, did.energy
             )

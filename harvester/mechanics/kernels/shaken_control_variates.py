@@ -53,11 +53,11 @@ def shake_and_add(b, states, accelerations, coarse, shaker, mu):
                 x[i],
                 v[i],
                 V[i],
-                p0,
-                q0,
-                p[i] - _foreseen(p0, q0, coarse, shaker),
-                b.controls,
-                mu,
+                p=p0,
+                q=q0,
+                new=p[i] - _foreseen(p0, q0, coarse, shaker),
+                controls=b.controls,
+                mu=mu,
             )
 
 

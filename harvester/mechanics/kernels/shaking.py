@@ -125,7 +125,7 @@ def filter_of(eqs: Equations, h: float, coarse: bool = False) -> Filter:
         )
     a, lower = _noise_filter(eqs, h)
     (a11, a12, a21, a22), (l11, _, l21, l22) = a.ravel().tolist(), lower.ravel().tolist()
-    return Filter(a11, a12, a21, a22, l11, l21, l22, tone=tone)
+    return Filter(a11, a12, a21, a22, l11=l11, l21=l21, l22=l22, tone=tone)
 
 
 def filter_start(
@@ -237,4 +237,6 @@ def _step_of_filter(i, f):
         q[i] = q1
     if f.tone is not None:
         p, q = f.tone.p, f.tone.q
-        p[i], q[i] = f.tone.c * p[i] - f.tone.s * q[i], f.tone.s * p[i] + f.tone.c * q[i]
+        turned = f.tone.c * p[i] - f.tone.s * q[i]
+        q[i] = f.tone.s * p[i] + f.tone.c * q[i]
+        p[i] = turned

@@ -118,7 +118,7 @@ def _step(i, s, xi, xi2, sums, accelerations, d, c, shaker):
     """
     a, a1 = shaken(i, accelerations, shaker)
     s = _drift_and_add_impacts(i, sums, s, d, c, a)
-    v1 = _kick_and_add_work(i, sums, s, xi, xi2, d.h, c, a1)
+    v1 = _kick_and_add_work(i, sums, s, xi, other=xi2, h=d.h, c=c, a=a1)
     if c.n1 is None and c.n2 is None:
         return State(s.x, v1, s.V), s.v, 0.0
     return State(s.x, v1, s.V), s.v, impulse(s.x, xi, 0.5, c, xi2)
@@ -176,17 +176,25 @@ def add_sample(i, sums, s, mid, c):
 def _to_mid_drift(b, room, did, accelerations, half, c, circuit, shaker):
     """Fill ``room`` with the states of all trajectories half a step after their kick."""
     for i in range(BATCH):  # an assignment of rows would compile the text of its errors, in 2.6 s
-        room[0, i], room[1, i], room[2, i], room[3, i], room[4, i] = (
-            b.x[i],
-            b.v[i],
-            b.V[i],
-            b.U[i],
-            b.m[i],
-        )
+        room[0, i] = b.x[i]
+        room[1, i] = b.v[i]
+        room[2, i] = b.V[i]
+        room[3, i] = b.U[i]
+        room[4, i] = b.m[i]
         if shaker is not None:
             accelerations[0, i] = last_acceleration(i, shaker)
     _drift_with_circuit(
-        room[0], room[1], room[2], room[3], room[4], did, accelerations, half, c, circuit, shaker
+        room[0],
+        room[1],
+        room[2],
+        room[3],
+        m=room[4],
+        did=did,
+        accelerations=accelerations,
+        d=half,
+        c=c,
+        circuit=circuit,
+        shaker=shaker,
     )
 
 
@@ -216,7 +224,7 @@ def advance(b, schedule, h, circuit, c, shaker, update):
     steps = 1 if schedule.doublings > 0 else 2
     for _ in range(schedule.samples):
         for first in range(0, schedule.stride, steps):
-            _draw(b, noise, other, schedule.doublings, c, circuit, update)
+            _draw(b, noise, other, schedule.doublings, c=c, circuit=circuit, update=update)
             _begin_martingales(b, before, kick_sums, circuit)
             for k in range(steps):
                 shake_and_add(b, filtered, accelerations, coarse, shaker, _load(c, circuit))
@@ -231,18 +239,28 @@ def advance(b, schedule, h, circuit, c, shaker, update):
                             State(x[i], v[i], V[i]),
                             noise[k, i],
                             other[k, i],
-                            sums,
-                            accelerations,
-                            whole,
-                            c,
-                            shaker,
+                            sums=sums,
+                            accelerations=accelerations,
+                            d=whole,
+                            c=c,
+                            shaker=shaker,
                         )
                         if b.controls is not None:
                             kick_sums[0, i] += v_kicked * kicked
                             kick_sums[1, i] += kicked
                 else:
                     _drift_with_circuit(
-                        x, v, V, U, b.m, did, accelerations, whole, c, circuit, shaker
+                        x,
+                        v,
+                        V,
+                        U,
+                        m=b.m,
+                        did=did,
+                        accelerations=accelerations,
+                        d=whole,
+                        c=c,
+                        circuit=circuit,
+                        shaker=shaker,
                     )
                     _add_impacts(sums, did, c)
                     for i in range(BATCH):
@@ -253,11 +271,15 @@ def advance(b, schedule, h, circuit, c, shaker, update):
                             )
                         _, a = shaken(i, accelerations, shaker)
                         vi = v[i]
-                        v[i] = _kick_and_add_work(i, sums, State(x[i], vi, V[i]), xi, None, h, c, a)
+                        v[i] = _kick_and_add_work(
+                            i, sums, State(x[i], vi, V[i]), xi, other=None, h=h, c=c, a=a
+                        )
             _end_martingales(b, before, kick_sums, c, circuit)
         landed = True
         if circuit is not None:
-            _to_mid_drift(b, mid, did, accelerations, half, c, circuit, shaker)
+            _to_mid_drift(
+                b, mid, did, accelerations, half=half, c=c, circuit=circuit, shaker=shaker
+            )
         for i in range(BATCH):
             s = State(x[i], v[i], V[i])
             if circuit is not None:
@@ -281,7 +303,9 @@ def _step_by_ngspice_rule(b, k, noise, d, c):
     V = b.V
     for i in range(BATCH):
         s = _drift_and_add_impacts(i, b.sums, State(x[i], v[i], V[i]), d, c, None)
-        x[i], v[i], V[i] = s.x, kick_at_stops(s, noise[k, i], d.h, c), s.V
+        x[i] = s.x
+        v[i] = kick_at_stops(s, noise[k, i], d.h, c)
+        V[i] = s.V
 
 
 @forced
@@ -315,7 +339,9 @@ def _begin_martingales(b, before, kick_sums, circuit):
     """Note the states ahead of a draw, and begin the sums of its kicks, if a resistor's controls are added up."""
     if b.controls is not None and circuit is None:
         for i in range(BATCH):
-            before[0, i], before[1, i], before[2, i] = b.x[i], b.v[i], b.V[i]
+            before[0, i] = b.x[i]
+            before[1, i] = b.v[i]
+            before[2, i] = b.V[i]
             kick_sums[0, i] = kick_sums[1, i] = 0.0
 
 
@@ -339,6 +365,8 @@ def mid_drift(b, out, h, c, circuit=None, shaker=None):
         room = np.zeros((5, BATCH))
         did = np.zeros((4, BATCH))
         accelerations = np.zeros((2, BATCH))
-        _to_mid_drift(b, room, did, accelerations, half, c, circuit, shaker)
+        _to_mid_drift(b, room, did, accelerations, half=half, c=c, circuit=circuit, shaker=shaker)
         for i in range(BATCH):
-            out[0, i], out[1, i], out[2, i] = room[0, i], room[1, i], room[2, i]
+            out[0, i] = room[0, i]
+            out[1, i] = room[1, i]
+            out[2, i] = room[2, i]

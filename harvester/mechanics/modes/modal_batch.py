@@ -65,11 +65,20 @@ def advance_modes(
                     z[states * BATCH + i] = noise[k, i]
                 for i in range(BATCH):
                     _step(
-                        i, z, z[states * BATCH + i], h, whole, c, shaker, controls, store, circuit
+                        i,
+                        z,
+                        z[states * BATCH + i],
+                        h,
+                        d=whole,
+                        c=c,
+                        shaker=shaker,
+                        controls=controls,
+                        store=store,
+                        circuit=circuit,
                     )
         for i in range(states * BATCH):
             mid[i] = z[i]
-        _to_mid_drift(mid, sums, half, c, shaker, store, circuit)
+        _to_mid_drift(mid, sums, half, c, shaker=shaker, store=store, circuit=circuit)
         for i in range(BATCH):
             add_sample_of_modes(i, sums, z, mid, c)
     _give_sums(z, sums, controls if circuit is None else None, states)
@@ -84,7 +93,9 @@ def _to_mid_drift(mid, sums, half, c, shaker, store, circuit):
     else:
         held = store.copy()
         for i in range(BATCH):
-            drift_with_ideal(i, mid, held, half, c, last_acceleration(i, shaker), circuit)
+            drift_with_ideal(
+                i, mid, held, half, c=c, a=last_acceleration(i, shaker), circuit=circuit
+            )
             sums[13, i] += 0.5 * circuit.mu * (store[0, i] * store[0, i] + held[0, i] * held[0, i])
 
 
@@ -108,7 +119,7 @@ def _step(i, z, xi, h, d, c, shaker, controls, store, circuit):
     impacts = (
         drift_modes(i, z, d, c, a)
         if circuit is None
-        else drift_with_ideal(i, z, store, d, c, a, circuit)
+        else drift_with_ideal(i, z, store, d, c=c, a=a, circuit=circuit)
     )
     if c.contact is not None:
         z[(2 * n + 5) * BATCH + i] += impacts.number
@@ -175,8 +186,12 @@ def mid_drift_of_modes(z, out, h, c, shaker, store=None, circuit=None):
         if circuit is None:
             drift_modes(i, z, half, c, last_acceleration(i, shaker))
         else:
-            drift_with_ideal(i, z, store, half, c, last_acceleration(i, shaker), circuit)
-        out[0, i], out[1, i], out[2, i] = dot(c.e, z, 0, i), dot(c.e, z, n, i), z[2 * n * BATCH + i]
+            drift_with_ideal(
+                i, z, store, half, c=c, a=last_acceleration(i, shaker), circuit=circuit
+            )
+        out[0, i] = dot(c.e, z, 0, i)
+        out[1, i] = dot(c.e, z, n, i)
+        out[2, i] = z[2 * n * BATCH + i]
 
 
 class ModalMotion:
@@ -193,7 +208,8 @@ class ModalMotion:
         self.before = RESISTOR_ROWS if circuit is None else RESISTOR_ROWS + 2
         self.coefficients = modal_coefficients(eqs)
         self.count = eqs.modes.count
-        self.rows, self.martingales = self.before - 2 + 2 * self.count, 2 * (2 * self.count + 1)
+        self.rows = self.before - 2 + 2 * self.count
+        self.martingales = 2 * (2 * self.count + 1)
         self.modes = eqs.modes
         self.mobility = eqs.modes.mobility
 
@@ -223,9 +239,20 @@ class ModalMotion:
         rows = len(order)
         z = aligned((rows + BESIDE + (0 if batch.controls is None else self.martingales), BATCH))
         z[:rows] = state[order]
-        of_batch = batch.s0, batch.s1, batch.sums, batch.controls
-        given = schedule, h, self.coefficients, shaker, update_of(eqs, h), store, self.circuit
-        advance_modes(z.reshape(-1), *of_batch, *given)
+        advance_modes(
+            z.reshape(-1),
+            s0=batch.s0,
+            s1=batch.s1,
+            sums=batch.sums,
+            controls=batch.controls,
+            schedule=schedule,
+            h=h,
+            c=self.coefficients,
+            shaker=shaker,
+            update=update_of(eqs, h),
+            store=store,
+            circuit=self.circuit,
+        )
         state[order] = z[:rows]
 
     def mid_drift(
@@ -234,7 +261,13 @@ class ModalMotion:
         """Go from the states of a block after a kick to x, x' and V half a step later."""
         store = None if self.circuit is None else self._store(state).copy()
         mid_drift_of_modes(
-            state[self.order()].reshape(-1), out, h, self.coefficients, shaker, store, self.circuit
+            state[self.order()].reshape(-1),
+            out,
+            h,
+            self.coefficients,
+            shaker=shaker,
+            store=store,
+            circuit=self.circuit,
         )
 
     def _store(self, state: Floats) -> Any:

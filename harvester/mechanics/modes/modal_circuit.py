@@ -55,7 +55,9 @@ def drift_with_ideal(i, z, store, d, c, a, circuit):
     did, course = drift_with_course(i, z, d, c, a)
     w = (course.end - course.wall) / (d.t - course.first) if d.t > course.first else 0.0
     held = Store(store[0, i], store[1, i])
-    V, held, leg = followed(course.begin, course.wall, course.first, w, d.t, V, held, circuit)
+    V, held, leg = followed(
+        course.begin, course.wall, course.first, w, t=d.t, V=V, store=held, circuit=circuit
+    )
     z[voltage], store[0, i] = conducted(V, held.U, leg.v, leg.t, circuit)
     store[1, i] = held.m
     return did
@@ -70,5 +72,12 @@ def add_modal_features(i, z, U, xi, controls, c):
     if c.oscillator.beta is not None:
         energy += 0.5 * c.oscillator.beta * V * V
     add_weighted_noise(
-        i, dot(c.s, z, 0, i), dot(c.g, z, n, i), V, U, math.sqrt(abs(energy)), xi, controls
+        i,
+        dot(c.s, z, 0, i),
+        dot(c.g, z, n, i),
+        V,
+        U=U,
+        root=math.sqrt(abs(energy)),
+        xi=xi,
+        controls=controls,
     )

@@ -28,7 +28,7 @@ def _with_resistor(s, d, c, a, load):
 
 @version_of(drifted, c=ModalCoefficients, load=ModalIdealLoad)
 def _with_ideal(s, d, c, a, load):
-    return s, load, drift_with_ideal(0, s, load.store, d, c, a, load.circuit)
+    return s, load, drift_with_ideal(0, s, load.store, d, c=c, a=a, circuit=load.circuit)
 
 
 @version_of(kicked, c=ModalCoefficients)

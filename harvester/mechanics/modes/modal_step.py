@@ -64,7 +64,13 @@ def modal_coefficients(eqs: Equations) -> ModalCoefficients:
     names = ("mu", "alpha", "beta", *friction_names(), "cv", "n1", "linear", "alpha2", "softening")
     plain = Coefficients(**{name: getattr(eqs, name) for name in names})
     of = ModalCoefficients(
-        plain, None, modes.stiffness, modes.damping, modes.coupling, modes.base, modes.oscillator
+        plain,
+        None,
+        modes.stiffness,
+        modes.damping,
+        s=modes.coupling,
+        g=modes.base,
+        e=modes.oscillator,
     )
     if eqs.restitution is None and eqs.stop_stiffness is None:
         return of
@@ -209,7 +215,7 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     size = 0.0
     for j in range(len(c.k)):
         inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
-        moved += c.e[j] * inverse * _twice_and_kicked(i, j, z, force, hit, h, c)
+        moved += c.e[j] * inverse * _twice_and_kicked(i, j, z, force, hit=hit, h=h, c=c)
         size += c.e[j] * c.e[j] * inverse
     f = (
         0.5 * h * friction(x, dot(c.e, z, len(c.k), i), c.oscillator)
@@ -221,7 +227,7 @@ def _kick_with_common_friction(i, z, x, hit, h, c):
     common = f * moved / (1.0 + f * size)
     for j in range(len(c.k)):
         inverse = 1.0 / (1.0 + 0.5 * h * c.d[j])
-        kicked = _twice_and_kicked(i, j, z, force, hit, h, c) - c.e[j] * common
+        kicked = _twice_and_kicked(i, j, z, force, hit=hit, h=h, c=c) - c.e[j] * common
         z[speeds + j * BATCH] = inverse * kicked - z[speeds + j * BATCH]
 
 

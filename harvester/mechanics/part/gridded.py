@@ -60,6 +60,13 @@ class Gridded(NamedTuple):
     filter: Filter | None
 
 
+class Spent(NamedTuple):
+    """Energies over beta: in a circuit's load resistance, and lost in its diodes and coil."""
+
+    load: float
+    lost: float
+
+
 class Flight(NamedTuple):
     """A motion with its load, and the effect of the stops since the last point of the grid."""
 
@@ -70,6 +77,7 @@ class Flight(NamedTuple):
     speed: float
     energy: float
     impulse: float
+    spent: Spent
 
 
 def with_store(load, w):
@@ -130,9 +138,36 @@ def _resistor_energy(m, before, end, t, c):
 
 @version_of(load_energy, before=IdealLoad)
 def _circuit_energy(m, before, end, t, c):
+    return out_of_piezo(m, end[0])
+
+
+@inlined
+def out_of_piezo(m, s1):
+    """The energy out of the piezo into a circuit in a drift from m to the state s1, over beta.
+
+    It is the work of the mass against the voltages of the kicks at both ends, less the growth of
+    V^2/2.
+    """
+    return 0.5 * (m.V + s1.V) * ((s1.x - m.x) - (s1.V - m.V))
+
+
+def spent(m, before, end, t):
+    """The energies over beta of an ideal circuit in a drift of t: `Spent`; 0 for another load."""
+
+
+@version_of(spent, before=None)
+def _nothing_spent(m, before, end, t):
+    return Spent(0.0, 0.0)
+
+
+@version_of(spent, before=IdealLoad)
+def _circuit_spent(m, before, end, t):
+    circuit = before.circuit
     U = before.store.U
     U1 = end[1].store.U
-    return before.circuit.mu * 0.5 * (U * U + U1 * U1) * t
+    given = circuit.mu * 0.5 * (U * U + U1 * U1) * t
+    grown = 0.5 * circuit.kappa * (U1 * U1 - U * U)
+    return Spent(given, out_of_piezo(m, end[0]) - given - grown)
 
 
 @inlined
@@ -157,6 +192,7 @@ def flight(m, load, t, a, grid):
         speed=did.speed,
         energy=did.energy,
         impulse=s1.v - m.v,
+        spent=spent(m, load, end, t),
     )
 
 
@@ -203,6 +239,7 @@ def shown(m, load, t, a, grid):
         speed=f.speed,
         energy=f.energy,
         impulse=f.impulse,
+        spent=f.spent,
     )
 
 
@@ -240,6 +277,8 @@ def advanced(w, words, until, stopping, load, grid):
         w[9] += step.energy
         w[10] += step.impulse
         w[11] += step.number
+        w[25] += step.spent.load
+        w[26] += step.spent.lost
         if step.number > 0.0:
             w[12] = m.t + step.time
             w[13] = step.speed
@@ -269,6 +308,7 @@ def gridded_part(task, w, words, out, until, load, grid):
             out[7] = 0.0
             out[9] = 0.0
             out[13] = 0.0
+            out[17] = 0.0
             return DONE
         noise = filtered(w, grid.filter)
         a = acceleration(m.t, grid.outside) + noise
@@ -281,4 +321,7 @@ def gridded_part(task, w, words, out, until, load, grid):
         out[7] = now.speed if hit else w[13]
         out[9] = w[10] + now.impulse
         out[13] = w[9] + now.energy
+        beta = 0.0 if grid.c.beta is None else grid.c.beta
+        out[16] += beta * (w[25] + now.spent.load)
+        out[17] = beta * (w[26] + now.spent.lost)
     return DONE

@@ -56,7 +56,7 @@ PARTS = (
 STIFF = 2.0
 SHORTEST = 1e-3
 TINY = 1e-6  # of a step: the length of a kick that measures the force
-ENDLESS = 200_000  # impacts within one step
+ENDLESS = 2_000  # impacts within one step: flights of `SHORTEST` leave room for 1,000
 ROOTS = 80  # steps towards a root, at most
 
 
@@ -296,4 +296,5 @@ def located_part(task, w, out, until, device):
         out[7] = w[13]
         out[9] = w[10]
         out[13] = w[9]
+        out[17] = 0.0
     return DONE

@@ -44,7 +44,9 @@ class W(IntEnum):
     BEFORE = 20
     AFTER = 21
     COUNTS = 22  # of a netlist: the integral of its load's V^2, its steps, those that failed
-    SIZE = 25  # behind it is the state of a netlist
+    DELIVERED = 25  # by an ideal circuit, over beta
+    DRAINED = 26
+    SIZE = 27  # behind it is the state of a netlist
 
 
 class OUT(IntEnum):
@@ -67,7 +69,8 @@ class OUT(IntEnum):
     STORED = 14
     STORE = 15
     DELIVERED = 16
-    SIZE = 17
+    DRAINED = 17
+    SIZE = 18
 
 
 @inlined
@@ -120,7 +123,7 @@ def kept(w, m):
 
 
 class DrawnLoad(NamedTuple):
-    """The voltage U at the load resistance, mu = 1/(R Cp w0), and the capacitance over Cp.
+    """The voltage U at the load resistance, and mu = 1/(R Cp w0).
 
     ``store`` is the voltage of a circuit's capacitor, and ``delivered`` the energy in the load of a
     netlist over beta, so far.
@@ -128,7 +131,6 @@ class DrawnLoad(NamedTuple):
 
     U: float
     mu: float
-    kappa: float
     store: float
     delivered: float
 
@@ -140,14 +142,14 @@ def load_of(m, c, load):
 @version_of(load_of, load=None)
 def _resistor(m, c, load):
     if c.mu is None:
-        return DrawnLoad(m.V, 0.0, 0.0, 0.0, 0.0)
-    return DrawnLoad(m.V, c.mu, 0.0, 0.0, 0.0)
+        return DrawnLoad(m.V, 0.0, 0.0, 0.0)
+    return DrawnLoad(m.V, c.mu, 0.0, 0.0)
 
 
 @version_of(load_of, load=IdealLoad)
 def _ideal(m, c, load):
     U = load.store.U
-    return DrawnLoad(U, load.circuit.mu, load.circuit.kappa, U, 0.0)
+    return DrawnLoad(U, load.circuit.mu, U, 0.0)
 
 
 @inlined
@@ -183,7 +185,7 @@ def report(out, m, quiet, c, load, a):
     out[10] = m.work
     out[11] = beta * m.load
     out[12] = m.damping
-    electrical = 0.5 * beta * (m.V * m.V + drawn.kappa * drawn.U * drawn.U)
+    electrical = 0.5 * beta * m.V * m.V
     out[14] = 0.5 * m.v * m.v + spring_energy(m.x, c) + contact_energy(m.x, c) + electrical
     out[15] = drawn.store
     out[16] = beta * drawn.delivered

@@ -63,7 +63,7 @@ def _cheapest(
     **needed: float,
 ) -> str:
     stated = "" if error is None else in_percent(error)
-    closest = "its error is the smallest" if stated else "no error is known whole"
+    closest = "its error is the smallest" if stated else "no total error is known"
     reason = {
         "closest": f"none reaches {in_percent(within)}, and {closest}",
         "refused": f"'averaged' gives no answer: {refused}",
@@ -71,11 +71,12 @@ def _cheapest(
         "beyond": f"{formula!r} states an error of {stated}, more than {in_percent(within)}",
     }[why]
     others = " and ".join(
-        f"{name.removeprefix('needed_')!r} about {clock(max(seconds, 1.0))}"
+        f"{name.removeprefix('needed_')!r} would need about {clock(max(seconds, 1.0))}"
         for name, seconds in needed.items()
     )
-    predicted = f" ({others} would be needed)" if others else ""
-    return f"engine {engine!r} was chosen as the cheapest: {reason}{predicted}"
+    predicted = f" ({others})" if others else ""
+    cheapest = "" if why == "closest" else " as the cheapest"
+    return f"engine {engine!r} was chosen{cheapest}: {reason}{predicted}"
 
 
 def _averaging_doubtful(error: float, why: str) -> str:
@@ -224,7 +225,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "engines that sample begin with V = x, and give E[V^2] including that mean",
     "restitution_untested": "the error was not measured for a restitution coefficient of {restitution:g}, below "
     "{least}",
-    "nothing_shakes": "the response dies out: nothing shakes the base",
+    "nothing_shakes": "the response dies out: the base is at rest",
     "beyond_formula": _beyond_formula,
     "cheapest": _cheapest,
     # the density

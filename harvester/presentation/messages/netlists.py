@@ -63,7 +63,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "farad_or_femto": _farad,
     "unusual_element": _unusual,
     "piezo_capacitance_twice": _twice,
-    "antiparallel_diodes": "{first} and {second} connect an electrode and the store in both "
+    "antiparallel_diodes": "{first} and {second} connect an electrode and the storage capacitor in both "
     "directions: nothing is rectified; is one of them at the other electrode?",
     "no_return_path": _no_return,
 }

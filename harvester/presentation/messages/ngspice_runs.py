@@ -60,7 +60,7 @@ def _precision_unknown(why: str, steps: int, error: str) -> str:
 
 def _store_settles(time: float, physical: bool) -> str:
     settles = duration(time) if physical else f"{time:.3g}/w0"
-    return f"the store settles in {settles}; 'harvester charge' computes its way up"
+    return f"the storage capacitor settles in {settles}; 'harvester charge' computes its way up"
 
 
 def _mean_while_settling(

@@ -62,13 +62,13 @@ class ChargingResult(TableResult):
     runs : int
         the number of runs.
     reached, reached_between : float or tuple
-        the share of them that arrive, and its 95 % interval.
+        the fraction of them that arrive, and its 95 % interval.
     levels : tuple of Level
         voltages on the way to the target, with time, energy and power of each.
     t, voltage, stderr : ndarray or ndarray or None
         times, the mean over the runs and its standard error (None for one run), shape (n,).
     quantiles, arrived : tuple or ndarray
-        5 and 95 % quantiles over the runs, and the share that has arrived by then.
+        5 and 95 % quantiles over the runs, and the fraction that has arrived by then.
     physical : bool
         whether its numbers are in SI units, rather than nondimensional.
     seconds : float
@@ -76,8 +76,8 @@ class ChargingResult(TableResult):
     steps : int
         steps of all runs.
     afterwards : Value or None
-        a `Value`: the share of the time at or above the target after the first arrival; None if it
-        was not asked for.
+        a `Value`: the fraction of the time at or above the target after the first arrival; None if
+        it was not asked for.
     rises : float or None
         how often a run rises to the target; None if it was not asked for.
     diagnostics : tuple of Diagnostic
@@ -125,7 +125,7 @@ class ChargingResult(TableResult):
 
     @property
     def strongest(self) -> Level | None:
-        """The level on whose way the store receives the most power; None if that is not known."""
+        """The level on whose way the storage receives the most power; None if that is not known."""
         known = [level for level in self.levels if level.power is not None]
         return (
             max(known, key=lambda level: level.power.value if level.power else 0.0)
@@ -140,7 +140,7 @@ class ChargingResult(TableResult):
 
     @property
     def energy(self) -> float | None:
-        """The energy in the store at the target; None if the probe is not the store."""
+        """The energy in the storage at the target; None if the probe is not the storage."""
         return self.levels[-1].energy
 
     @property
@@ -151,17 +151,17 @@ class ChargingResult(TableResult):
         return self.time.scaled(self.energy / self.time.value**2)
 
     def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
-        """Draw the curve with its band, the share of runs that have arrived, and the power, as a matplotlib figure."""
+        """Draw the curve with its band, the fraction of runs that have arrived, and the power."""
         return drawing.draw(self, title, ax)
 
     @property
     def table(self) -> Table:
-        """The curve: mean and quantiles of the probe over time, and the share of the runs that have arrived."""
+        """The curve: mean and quantiles of the probe over time, and the fraction of the runs that have arrived."""
         known = [self.voltage, *self.quantiles]
         names = [f"{self.probe}_{column}" for column in ("mean", "low", "high")]
         columns = [Column(name, cells, self.unit) for name, cells in zip(names, known, strict=True)]
         columns = [
-            Column("time", self.t, self.unit_names.time),
+            Column("time", self.t, self.unit_names.time, "time"),
             *columns,
             Column("share_arrived", self.arrived),
         ]

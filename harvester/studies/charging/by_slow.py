@@ -306,8 +306,14 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
         for current in (table, rough, table.halved())
     ]
     end = int(paths[0].store.argmax()) + 1
-    risen = np.maximum.accumulate(paths[0].store[:end]), paths[0].t[:end]
-    check = direct_check(problem, compiled_circuit(circuit, scales), *risen, runs.duration, runs.h)
+    check = direct_check(
+        problem,
+        compiled_circuit(circuit, scales),
+        volts=np.maximum.accumulate(paths[0].store[:end]),
+        times=paths[0].t[:end],
+        longest=runs.duration,
+        h=runs.h,
+    )
     times, coarse, other = (
         first_passages(path.t, path.store, levels) + check.late for path in paths
     )

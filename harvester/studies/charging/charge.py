@@ -68,13 +68,13 @@ def charge(
     probe : str, default "store"
         the storage capacitor Csmooth ("store"), or a quantity of the circuit such as "v(a,b)".
     engine : str, optional
-        "slow", "ideal", "compiled" or "spice"; None: "slow" for a store of 1000 times the piezo's
-        capacitance or more, unless its charge is not slow compared with the vibration, else "ideal"
-        if that supports it, else "spice".
+        "slow", "ideal", "compiled" or "spice"; None: "slow" for a storage capacitor of 1000 times
+        the piezo's capacitance or more, unless its charge is not slow compared with the vibration,
+        else "ideal" if that supports it, else "spice".
     duration : float or str, optional
         how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0); None: until
-        all have arrived, but at most five time constants of store and load.  With it, "spice" also
-        states for how much of the time the probe is at or above ``to`` once it has been there.
+        all have arrived, but at most five time constants of storage and load.  With it, "spice"
+        also states for how much of the time the probe is at or above ``to`` once it has been there.
     trajectories : int, optional
         the number of runs; None: chosen by the engine.
     seed : int, default 0
@@ -82,7 +82,7 @@ def charge(
     dt : float or str, optional
         the step, in seconds or as a text (nondimensional scene: 1/w0).
     anywhere : bool, default False
-        a record, or a harmonic drive, begins at a random place, not at its beginning.
+        a recording, or a harmonic excitation, begins at a random place, not at its beginning.
     progress : callable or bool, optional
         is called with the fraction done; by default a bar on a terminal or in a notebook, False:
         none.

@@ -101,9 +101,10 @@ def candidates(scene: Scene, circuit: str, needed: DesignNeed) -> list[Candidate
             raise CannotServeError(
                 refusal("chip_without_output", chip=circuit, voltage=needed.voltage)
             )
-        values = (needed.voltage, *levels, chip.full)
+        rise, fall = levels
+        values = (needed.voltage, rise, fall, chip.full)
         settings = dict(zip(chip.names, values, strict=False))
-        return [Candidate(circuit, None, settings, Supply(needed.voltage, chip, *levels))]
+        return [Candidate(circuit, None, settings, Supply(needed.voltage, chip, rise, fall))]
     bare = Candidate(circuit, None, {}, Supply(needed.voltage))
     problem = Problem(bare.scene(scene, needed))
     reason = refusal_of_slow(problem, Probe(STORE, "V"), records=True)

@@ -23,11 +23,11 @@ class DesignCandidate(Result):
     Attributes
     ----------
     circuit, coil : str or None
-        the name of the netlist, and that of the coil; None without one.
+        the name of the netlist, and that of the inductor; None without one.
     available : Value
         a `Value`: the mean power (W) that is there at the voltage needed.
     share_met : float or None
-        the share of devices that meet everything; None if it was not computed.
+        the fraction of devices that meet everything; None if it was not computed.
     wake : float or None
         the time (s) from empty to the voltage needed; None if it is never reached.
     meets : bool
@@ -56,7 +56,7 @@ class DesignResult(TableResult):
     Attributes
     ----------
     circuit, coil : str or None
-        the name of the netlist, and that of the coil; None without one.
+        the name of the netlist, and that of the inductor; None without one.
     settings : dict
         the netlist's parameters, in SI units, next to load and capacitor.
     power_needed : float
@@ -73,7 +73,7 @@ class DesignResult(TableResult):
     largest_displacement : float or None
         the largest on the way there (m); None under noise.
     met : ShareInterval or None
-        the share of devices that meet everything, with its interval; None without a spread.
+        the fraction of devices that meet everything, with its interval; None without a spread.
     verdict : dict
         each requirement, and whether the device of the scene meets it.
     runner_up : str or None
@@ -139,12 +139,12 @@ class DesignResult(TableResult):
 
     @property
     def share_met(self) -> float | None:
-        """The share of devices that meet everything; None without a spread."""
+        """The fraction of devices that meet everything; None without a spread."""
         return None if self.met is None else self.met.value
 
     @property
     def share_met_between(self) -> tuple[float, float] | None:
-        """The 95 % interval of that share."""
+        """The 95 % interval of that fraction."""
         return (
             None
             if self.met is None

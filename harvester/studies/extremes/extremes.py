@@ -39,7 +39,7 @@ class Extremes(TableResult):
         how long the device is used (s, or 1/w0).
     levels : dict
         of each quantity (peak_displacement, peak_voltage, peak_impact_speed, and peak_strain if
-        the scene has its piezo.strain_per_displacement) the level, a `Value`, that a share of
+        the scene has its piezo.strain_per_displacement) the level, a `Value`, that a fraction of
         devices stays below: ``levels["peak_voltage"][0.95]`` (m, V, m/s).
     impact_rate : Value or None
         a `Value`: the mean number of impacts a unit of time; None without a stop and if impacts
@@ -92,7 +92,7 @@ class Extremes(TableResult):
 
     @property
     def table(self) -> Table:
-        """A row a quantity, and the level that each share of devices stays below."""
+        """A row a quantity, and the level that each fraction of devices stays below."""
         names = self.unit_names
         units = [*self._units.values()]
         columns = [Column("largest", [*self.levels], label="largest in the lifetime")]
@@ -119,7 +119,7 @@ def extremes(
     """The largest displacement, voltage and impact speed that a scene under white noise has over a lifetime.
 
     A linear scene under white noise of its base is Gaussian, and Rice's formula holds; else the
-    largest values of blocks of a long path are extrapolated.
+    largest values of blocks of a long trajectory are extrapolated.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def extremes(
     seed : int, default 0
         the same seed, the same noise.
     counted : bool, default False
-        extrapolate from a path also if Rice's formula holds.
+        extrapolate from a trajectory also if Rice's formula holds.
     passages : bool, default False
         by the rate of first passages of engine `Density`, without sampling: the displacement alone.
 
@@ -145,7 +145,7 @@ def extremes(
     InputError
         for an invalid lifetime, or with a unit if the scene has none.
     CannotServeError
-        for a netlist, and a scene that is not shaken by white noise alone.
+        for a netlist, and a scene that is not excited by white noise alone.
     SimulationError
         if no stationary response exists.
 

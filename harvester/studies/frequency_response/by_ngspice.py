@@ -87,9 +87,17 @@ def _step(
     rms = estimate.details.get(DISPLACEMENT)
     bias = estimate.details.get(f"{DISPLACEMENT}_bias")
     displacement = None if rms is None else Value(rms, bias=bias)
-    phases = (estimate.details.get(name) for name in PHASES)
-    means = estimate.mean_square_voltage, estimate.mean_power
-    point = ResponsePoint(direction, frequency, *means, None, displacement, *phases)
+    of_displacement, of_voltage = (estimate.details.get(name) for name in PHASES)
+    point = ResponsePoint(
+        direction,
+        frequency,
+        estimate.mean_square_voltage,
+        estimate.mean_power,
+        spread=None,
+        displacement_rms=displacement,
+        displacement_phase=of_displacement,
+        voltage_phase=of_voltage,
+    )
     return Step(point, estimate.warnings, None if near is None else _state(near)), near
 
 
@@ -139,5 +147,5 @@ def _neighbour(state: State) -> "Neighbour | CircuitStart":
     ways = state["secants"] and {
         name: np.array(values, dtype=float) for name, values in state["secants"].items()
     }
-    parts = CoupledState(x, v, nodes), phase, turns, Secants(**ways) if ways else None
-    return Neighbour(*parts, farads, quiet)
+    secants = Secants(**ways) if ways else None
+    return Neighbour(CoupledState(x, v, nodes), phase, turns, secants, farads, quiet)

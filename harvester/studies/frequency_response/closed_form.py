@@ -32,18 +32,17 @@ def closed_form(driven: HarmonicDrive, frequencies: Sequence[float]) -> list[Res
             answer = Exact().run(problem)
             eqs = problem.equations
             spread = None
-            phases = list[float]()
+            of_displacement = of_voltage = None
             if not driven.is_random:
                 assert eqs.drive is not None and eqs.drive_frequency is not None, (
                     "Driven checks this"
                 )
                 x, voltage = eqs.drive * amplitudes(eqs, eqs.drive_frequency)
                 spread = 0.0
-                phases = [
+                of_displacement, of_voltage = (
                     phase_to_base(complex(amplitude), eqs, problem.physical)
                     for amplitude in (x, voltage)
-                ]
-            v2, power = answer.mean_square_voltage, answer.mean_power
+                )
             square = solve(eqs)
             # rounding, as that of E[V^2]
             share = square.error / square.value if square.value else 0.0
@@ -53,7 +52,16 @@ def closed_form(driven: HarmonicDrive, frequencies: Sequence[float]) -> list[Res
                 .root()
             )
             points.append(
-                ResponsePoint(direction, frequency, v2, power, spread, displacement, *phases)
+                ResponsePoint(
+                    direction,
+                    frequency,
+                    answer.mean_square_voltage,
+                    answer.mean_power,
+                    spread=spread,
+                    displacement_rms=displacement,
+                    displacement_phase=of_displacement,
+                    voltage_phase=of_voltage,
+                )
             )
     return points
 

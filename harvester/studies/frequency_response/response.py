@@ -245,8 +245,16 @@ def _curve(
         # or derived from it: engines_of checks
         points = continued(cast(Ensemble, engine), driven, swept, steps)
     is_resolved = resolving and engine.is_exact
-    known = engine.NAME, driven.level, dict(varied), tuple(failures)
-    return FrequencyResponse(tuple(points), problem.physical, tuple(warnings), is_resolved, *known)
+    return FrequencyResponse(
+        tuple(points),
+        problem.physical,
+        remarks=tuple(warnings),
+        resolved=is_resolved,
+        engine=engine.NAME,
+        level=driven.level,
+        varied=dict(varied),
+        failures=tuple(failures),
+    )
 
 
 def draw(

@@ -65,7 +65,7 @@ def optimise(
     points: int | None = None,
     execution: Execution = DEFAULT,
 ) -> Optimum | ParetoFront:
-    """Find the values of one or several keys with the largest mean power, or the front of it and a second quantity.
+    """Find the values of keys with the largest mean power, or its Pareto front with another quantity.
 
     Parameters
     ----------
@@ -77,9 +77,10 @@ def optimise(
         Several names of "load.netlist" make it choose between circuits, each with its own best
         values of the other keys; all have the ``budget`` each.
     objective : str, float or list of these, default "mean_power"
-        "mean_power"; or a share such as "5%": the power of which only 5 % of the devices have less,
-        whose parts scatter by ``spread``; or a second quantity such as "peak_displacement", to be
-        low (with ":high" behind it high), which makes the answer a front; or a list of both.
+        "mean_power"; or a fraction such as "5%": the power of which only 5 % of the devices have
+        less, whose parts scatter by ``spread``; or a second quantity such as "peak_displacement",
+        to be low (with ":high" behind it high), which makes the answer a Pareto front; or a list
+        of both.
     constraints : list of str or str, optional
         texts such as "voltage_rms < 2 V".  For a limited quantity the value counts that all but the
         share keep.
@@ -87,8 +88,9 @@ def optimise(
         as ``vary`` and ``lifetime`` of `tolerance`; a percentage is of the values of each place.
     engine : Engine or str, optional
         an engine or its name, by default `Exact` for a linear scene, else `Ensemble`, for a netlist
-        `Spice`.  With a share, constraints or a spread it is one of formulas, by default `Exact` if
-        it supports, else `Averaged`; for a front without ``spread`` it may sample as well.
+        `Spice`.  With a fraction, constraints or a spread it is one of formulas, by default
+        `Exact` if it supports, else `Averaged`; for a front without ``spread`` it may sample as
+        well.
     within : float or str, default 0.01
         the relative power error at the optimum (0.01 or "1%"); at the ends of the keys' intervals,
         at most a quarter of it is lost.  Only engines that sample, and `Density`, can work towards
@@ -105,13 +107,13 @@ def optimise(
     -------
     Optimum
         with the best values and their intervals; a `CircuitChoice` of circuits, a `RobustOptimum`
-        with a share, constraints or a spread, and a `ParetoFront` with a second quantity.
+        with a fraction, constraints or a spread, and a `ParetoFront` with a second quantity.
 
     Raises
     ------
     InputError
         for a range, an objective, a constraint or a spread that cannot be, the engine 'cheapest', a
-        target or a budget out of range, a share without a spread, or a folder that cannot be
+        target or a budget out of range, a fraction without a spread, or a folder that cannot be
         written.
     HarvesterError
         if the engine fails everywhere, the last error.

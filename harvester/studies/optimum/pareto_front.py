@@ -31,7 +31,7 @@ class FrontPoint:
 
 
 class ParetoFront(TableResult):
-    """Designs of which none has both more power and a better second quantity, from the best quantity to the most power.
+    """Designs none of which has both more power and a better second quantity, in order of power.
 
     Peaks are at the unsafe end of their error; a quantity has the relative error of the engine
     otherwise.
@@ -53,8 +53,8 @@ class ParetoFront(TableResult):
     diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
     alike : tuple of FrontPoint
-        designs that an engine that samples cannot distinguish from the front: they are beaten by
-        less than the errors; in the table they are behind the front.
+        designs that an engine that samples cannot distinguish from the Pareto front: they are
+        beaten by less than the errors; in the table they are behind the Pareto front.
 
     Examples
     --------
@@ -94,7 +94,7 @@ class ParetoFront(TableResult):
         return QUANTITIES[self.quantity].unit if self.physical else ""
 
     def as_json(self) -> dict[str, Any]:
-        """The object that ``--json`` prints: its fields, with the designs of the front and those like them."""
+        """The object that ``--json`` prints: its fields, with the designs of the Pareto front and those like them."""
         designs = {"front": self.points, "not_told_from_front": self.alike}
         return super().as_json() | {
             name: [self._design(point) for point in points] for name, points in designs.items()
@@ -111,12 +111,12 @@ class ParetoFront(TableResult):
 
     @property
     def designs(self) -> Table:
-        """The designs of the front."""
+        """The designs of the Pareto front."""
         return self._rows(self.points)
 
     @property
     def table(self) -> Table:
-        """The designs of the front, and if an engine samples those that cannot be distinguished from it."""
+        """The designs of the Pareto front, and if an engine samples those that cannot be distinguished from it."""
         points = (*self.points, *self.alike)
         table = self._rows(points)
         if self.points[0].quantity_error95 is None:

@@ -87,9 +87,15 @@ def sampled_front(
         )
     points, alike = split(designs, second.sign)
     diagnostics = (*warnings, *remarks(second.quantity, second.sign, points, alike))
-    head = engine.NAME, second.quantity, second.sign
     return ParetoFront(
-        *head, points, problem.physical, time.perf_counter() - begin, diagnostics, alike
+        engine.NAME,
+        second.quantity,
+        second.sign,
+        points=points,
+        physical=problem.physical,
+        seconds=time.perf_counter() - begin,
+        diagnostics=diagnostics,
+        alike=alike,
     )
 
 

@@ -202,8 +202,12 @@ class Search:
         keys = list[OptimalKey]()
         for k, r in enumerate(self.surface.ranges):
             low, high = (None if u is None else r.value(float(u[k])) for u in (best.low, best.high))
-            ends = (r.low, r.high, None) if result.flat else (low, high, end(best.faces[k]))
-            keys.append(OptimalKey(r, r.value(float(best.u[k])), *ends))
+            value = r.value(float(best.u[k]))
+            keys.append(
+                OptimalKey(r, value, low95=r.low, high95=r.high, boundary=None)
+                if result.flat
+                else OptimalKey(r, value, low95=low, high95=high, boundary=end(best.faces[k]))
+            )
         return tuple(keys)
 
     def _write(self, folder: OutputFolder, answer: Optimum) -> None:

@@ -116,9 +116,10 @@ class RobustOptimum(Optimum, kw_only=True):
             Column("limit", [limit.written for limit in self.limits]),
             Column("value", values, units=units),
         ]
-        columns.append(
-            Column("state", [self._state(*pair) for pair in zip(self.limits, values, strict=True)])
-        )
+        states = [
+            self._state(limit, value) for limit, value in zip(self.limits, values, strict=True)
+        ]
+        columns.append(Column("state", states))
         if self.limited_peaks:
             paths = [self.limited_peaks.get(limit.quantity) for limit in self.limits]
             columns.append(Column("on_a_long_path", paths, units=units))

@@ -32,7 +32,7 @@ from harvester.studies.prediction.priors import (
     DEFAULT_CLASS,
     Prior,
     in_modal_keys,
-    model_sigma,
+    model_error,
     prior_of,
     priors_of,
 )
@@ -154,7 +154,8 @@ def predict(
         voltage=voltage,
         quantities=tuple(sorted(quantities, key=lambda entry: entry.width_after or math.inf)),
         impedance_curve=_after_impedance(devices, prior),
-        model_sigma=model_sigma(problem),
+        model_sigma=devices.model.sigma,
+        model_factor=devices.model.factor,
         samples=len(spread.power),
         physical=True,
         seconds=time.perf_counter() - begin,
@@ -185,7 +186,7 @@ class Devices:
         points: Mapping[str, DataSheetPoint | float] = MappingProxyType({}),
     ):
         self.priors = priors
-        self.model = model_sigma(problem)
+        self.model = model_error(problem)
         scene = in_modal_keys(problem.scene)
         self.middles = [_value(scene, entry.key) for entry in priors]
         served = spread.power > 0.0
@@ -272,7 +273,7 @@ class Devices:
         x, normal = self.drawn(measured)
         power = self.power_law(x) + self.power_law.scatter * normal[:, -2]
         voltage = self.voltage_law(x) + self.voltage_law.scatter * normal[:, -1]
-        return power, voltage, self.model * normal[:, -3]
+        return power, voltage, math.log(self.model.factor) + self.model.sigma * normal[:, -3]
 
     def drawn(self, measured: Sequence[Prior] = ()) -> tuple[Floats, Floats]:
         """The standardised keys of the devices, shape (draws, keys), and all their normal numbers."""
@@ -359,7 +360,10 @@ def _remarks(
     priors: tuple[Prior, ...], problem: Problem, spread: ToleranceResult
 ) -> tuple[Diagnostic, ...]:
     """The notes on the priors, and the warnings of the study."""
-    remarks = [note("predicted_from_priors", model=100.0 * model_sigma(problem))]
+    model = model_error(problem)
+    remarks = [note("predicted_from_priors", model=100.0 * model.sigma)]
+    if model.factor != 1.0:
+        remarks.append(note("predicted_stop", percent=100.0 * model.factor))
     if guessed := ", ".join(entry.quantity for entry in priors if entry.origin == "unknown"):
         remarks.append(note("predicted_guesses", quantities=guessed))
     scattered = any(entry.quantity == "frequency" for entry in priors)

@@ -69,6 +69,8 @@ class Prediction(Result):
         which frequency, damping, coupling and capacitance are known; None if it narrows nothing.
     model_sigma : float
         the standard deviation of the logarithm of the power for the model error.
+    model_factor : float
+        the median of real over computed power: below 1 with a stop.
     samples : int
         the number of devices.
     seconds : float
@@ -89,7 +91,15 @@ class Prediction(Result):
     DERIVED = ("real_device", "next_measurement", "measurements")
     INTERNAL = frozenset({"quantities"})
     NOT_SHOWN = frozenset(
-        {"power", "voltage", "impedance_curve", "model_sigma", "samples", "quantities"}
+        {
+            "power",
+            "voltage",
+            "impedance_curve",
+            "model_sigma",
+            "model_factor",
+            "samples",
+            "quantities",
+        }
     )
     NOT_IN_JSON = frozenset({"real_device"})
     SHORT: ClassVar[tuple[str, ...]] = ("engine", "prior", "computed", "next_measurement")
@@ -102,6 +112,7 @@ class Prediction(Result):
     quantities: tuple[UncertainQuantity, ...]
     impedance_curve: float | None
     model_sigma: float
+    model_factor: float
     samples: int
     physical: bool
     seconds: float

@@ -22,6 +22,18 @@ from harvester.scene.scene import Scene
 FILE = Path(__file__).with_name("priors.toml")
 DEFAULT_CLASS = "bulk"
 NO_SPREAD = frozenset({"given", "tuned"})
+# Effects of a nonlinear spring, whose responses may coexist.
+SPRINGS = frozenset(
+    {
+        "negative_stiffness",
+        "quadratic_stiffness",
+        "softening_stiffness",
+        "cubic_stiffness",
+        "ceramic_softening",
+        "inertia_x2",
+        "coupling_x2",
+    }
+)
 # The scene key of each quantity, and the exponent of the quantity in it.
 KEYS = {
     "frequency": ("oscillator.stiffness", 2.0),
@@ -38,7 +50,7 @@ class Prior:
     """A spread of a quantity of a real device about its number in a scene.
 
     ``sigma`` is the standard deviation of its logarithm, or None if ``between`` has the ends of a
-    uniform spread.
+    uniform spread.  ``median`` is that of the class, if no scene has a number; None if there is none.
     """
 
     quantity: str
@@ -46,6 +58,7 @@ class Prior:
     sigma: float | None
     between: tuple[float, float] | None
     source: str
+    median: float | None = None
 
     @property
     def key(self) -> str:
@@ -90,6 +103,7 @@ def prior_of(quantity: str, origin: str, device_class: str) -> Prior | None:
         row.get("sigma"),
         None if between is None else tuple(between),
         row["source"],
+        row.get("median"),
     )
 
 
@@ -130,11 +144,22 @@ def _possible(quantity: str) -> list[str]:
     return [origin for origin in data()["origins"] if origin in rows | more]
 
 
-def model_sigma(problem: Problem) -> float:
-    """The model error of a scene, as the standard deviation of the logarithm of its power."""
+@dataclass(frozen=True)
+class ModelError:
+    """The model error in power: the median of real over computed, and its logarithm's standard deviation."""
+
+    factor: float
+    sigma: float
+
+
+def model_error(problem: Problem) -> ModelError:
+    """The model error of a scene, by its kind: linear, with a stop, or with a nonlinear spring."""
+    model = data()["model"]
     equations = problem.equations
-    linear = unknown_to(LINEAR).isdisjoint(equations.effects)
-    return float(data()["model"]["linear" if linear and equations.linear is None else "nonlinear"])
+    if equations.has_stop and SPRINGS.isdisjoint(equations.effects):
+        return ModelError(float(model["stop_factor"]), float(model["stop"]))
+    linear = unknown_to(LINEAR).isdisjoint(equations.effects) and equations.linear is None
+    return ModelError(1.0, float(model["linear" if linear else "nonlinear"]))
 
 
 def in_modal_keys(scene: Scene) -> Scene:

@@ -34,7 +34,7 @@ class Stability(TableResult):
     physical : bool
         whether its numbers are in SI units, rather than nondimensional.
     published : float
-        by the paper's Eq. 38, misprints corrected.
+        by the Entropy 2026 paper's Eq. 38, misprints corrected.
     averaged, model : float or None
         by our averaging, and its estimated error (None: unknown).
     ensemble : Value
@@ -127,8 +127,8 @@ def stability(
     Returns
     -------
     Stability
-        the exponent (1/s; nondimensional scene: without unit) by the paper's formula, by ours and
-        by Monte Carlo.
+        the exponent (1/s; nondimensional scene: without unit) by the Entropy 2026 paper's formula,
+        by ours and by Monte Carlo.
 
     Raises
     ------

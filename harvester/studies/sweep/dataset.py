@@ -99,7 +99,9 @@ def netcdf(table: TableShape) -> bytes:
         setattr(file, name, text.encode())
     variables, labels = _variables(table)
     for name, entry in (labels | variables).items():
-        dimensions, values, about = _characters(*entry) if entry[1].dtype == object else entry
+        dimensions, values, about = entry
+        if values.dtype == object:
+            dimensions, values, about = _characters(dimensions, values, about)
         for dimension, length in zip(dimensions, values.shape, strict=True):
             if dimension not in file.dimensions:
                 file.createDimension(dimension, length)

@@ -101,7 +101,7 @@ class SweepTable(TableResult):
 
     @property
     def powers(self) -> Table:
-        """The mean powers, with their whole errors."""
+        """The mean powers, with their total errors."""
         return powers_of(self.keys, self.rows, self.unit_names)
 
     @property

@@ -32,11 +32,12 @@ def quantile(values: Floats, share: float, error: float | Floats = 0.0) -> Share
 
     count = len(values)
     low, high = binom.ppf([0.025, 0.975], count, share)
-    ends = [  # with 95 % the quantile lies between the samples of these ranks, if there are such
+    # with 95 % the quantile lies between the samples of these ranks, if there are such
+    least, most = (
         float(np.sort(values + side * error)[rank]) if 0 <= rank < count else None
         for rank, side in ((int(low) - 1, -1.0), (int(high), 1.0))
-    ]
-    return ShareInterval(float(np.quantile(values, share)), *ends)
+    )
+    return ShareInterval(float(np.quantile(values, share)), low=least, high=most)
 
 
 def wilson(met: float, count: int) -> tuple[float, float]:

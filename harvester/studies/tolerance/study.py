@@ -156,8 +156,17 @@ class ToleranceStudy:
             computed = held
             samples = sampling.interpolated(samples, ends, held, many)
             warnings += _outside(held, many)
-        levels = self._peaks(computed, inner, many)
-        return ToleranceRuns(samples, many, surface, alone, failed, tuple(warnings), *levels)
+        levels, levels_off = self._peaks(computed, inner, many)
+        return ToleranceRuns(
+            samples,
+            many,
+            surface,
+            alone=alone,
+            failed=failed,
+            warnings=tuple(warnings),
+            peaks=levels,
+            peaks_off=levels_off,
+        )
 
     @property
     def _swept(self) -> float:

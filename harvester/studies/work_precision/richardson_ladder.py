@@ -73,7 +73,9 @@ def richardson_ladder(
         except UnboundedResponseError:
             break
         with np.errstate(over="ignore", invalid="ignore"):
-            mean, (third, error) = Value(*pair.mean(model.name)), pair.bias(model.name)
+            average, stderr = pair.mean(model.name)
+            mean = Value(average, stderr)
+            third, error = pair.bias(model.name)
         if pair.coarse_is_stopped or not abs(3.0 * third) < MOST * abs(
             mean.value
         ):  # twice the step is unstable

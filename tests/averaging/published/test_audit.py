@@ -1,8 +1,8 @@
 """The paper's equations, as printed and as they should be.
 
-Where a formula is misprinted or approximate, one check fails as printed and passes corrected; where
+If a formula is misprinted or approximate, one check fails as printed and passes corrected; where
 it is right, one check passes.  The equations are checked against what precedes them in the paper,
-with SymPy, or by quadrature. docs/audit.md tells the findings in words; `paper_lines.toml` has the
+with SymPy, or by quadrature. docs/audit.md reports the findings in words; `paper_lines.toml` has the
 phrases of the text that each rests on.
 """
 
@@ -284,7 +284,7 @@ def test_11_12_the_mirror_turns_the_impact_into_a_loss():
 def test_13_the_impulse_loses_only_one_minus_r_to_first_order(strength, right):
     """y'' = -strength y'|y'| delta(y), delta the limit of a narrow bump: y'+/y'- must be r.
 
-    As printed it is exp(r - 1): .638 instead of .55.
+    As printed it is exp(r - 1): 0.638 instead of 0.55.
     """
     r, width = 0.55, 1e-3
 
@@ -324,7 +324,7 @@ def test_15_the_bracket_of_the_mean_stiffness():
 
 
 def test_16_the_error_of_the_series_is_not_below_003_per_cent():
-    """It is .078 % at eta = 1/3, the strongest cubic force, and below .03 % at the paper's alpha up to A = 3.4."""
+    """It is 0.078 % at eta = 1/3, the strongest cubic force, and below 0.03 % at the paper's alpha up to A = 3.4."""
     a = np.geomspace(1e-2, 1e4, 200)[:, None]
     n = orbit.nu(a, PHI[::20], 1.0, np.float64(0.0))
     series = paper.nu_series(paper.nu_coefficients(a, np.float64(1.0), 1.0), PHI[::20])
@@ -443,7 +443,7 @@ def test_22_the_mean_of_one_is_one():
 
 @pytest.mark.parametrize("c, excess", [(0.05, 0.015), (0.01, 0.033), (0.005, 0.040)])
 def test_22_at_the_cubic_stiffness_of_the_paper(c, excess):
-    """E[x'^2] over N1/c, which is exact, at alpha = .5 and N1 = .01: the damping decides how much too large."""
+    """E[x'^2] over N1/c, which is exact, at alpha = 0.5 and N1 = 0.01: the damping decides how much too large."""
     law = density(changed(PAPER, beta=None, c1=-c, c2=None, c3=None, n2=None, restitution=None))
     found = law.mean(orbit_means(law.A, 0.5, np.zeros_like(law.A))[1]) * c / 0.01
     assert found - 1 == pytest.approx(excess, abs=0.0005)
@@ -723,7 +723,7 @@ def test_29_30_the_plane_is_half_a_plane():
 
 @pytest.mark.parametrize("c1, ratio", [(0.01, 3.98), (-0.01, 3.67)])
 def test_sign_of_c1_is_assumed(c1, ratio):
-    """The text prints .01 and loses minus signs: the theory over Monte Carlo, with either sign."""
+    """The text prints 0.01 and loses minus signs: the theory over Monte Carlo, with either sign."""
     scene = hv.load(ROOT / "examples" / "paper_figure3.toml")
     scene = dataclasses.replace(
         scene, nondimensional=dataclasses.replace(scene.nondimensional, c1=c1)

@@ -47,7 +47,7 @@ def test_moments_as_the_exact_engine_finds_them():
 
 
 def sampled_growth(eqs, power, blocks=8, rounds=10, segments=480):
-    """Lambda(power) and its standard error: paths multiply by |z|^power after each segment, and as many go on."""
+    """Lambda(power) and its standard error: paths multiply by |z|^power after each segment, and as many continue."""
     rng = np.random.default_rng(3)
     words = np.array([random_words(np.random.SeedSequence([3, k]), BATCH) for k in range(8)])
     phase = rng.uniform(-0.5 * math.pi, 0.5 * math.pi, (blocks, BATCH))

@@ -79,7 +79,7 @@ def test_decoupled_limits():
     ],
 )
 def test_monte_carlo_without_coupling(c1, n2, r):
-    """Any noise and restitution, the strongest noise first: lambda = -.0859."""
+    """Any noise and restitution, the strongest noise first: lambda = -0.0859."""
     eqs = Equations(c1=c1, n2=n2, restitution=r)
     growth = measured(eqs, duration=2000.0, h=0.015)
     exact = float(formula.decoupled(c1, 1.0, n2, r))
@@ -259,7 +259,7 @@ def test_strong_noise_without_a_stop_is_within_the_stated_error(n2, beta):
 
 
 def test_published_is_the_papers():
-    """As printed .00514 at Figure 7; corrected, the linearisation of the package's own Eqs. 23 and 24 (mu << 1)."""
+    """As printed 0.00514 at Figure 7; corrected, the linearisation of the package's own Eqs. 23 and 24 (mu << 1)."""
     assert exponent_as_printed(FIGURE7) == pytest.approx(0.00514, abs=5e-6)
     A = np.array([1e-6])
     for r in (0.9, None):

@@ -223,7 +223,7 @@ def test_linear_scene_is_exact_where_the_stop_is_out_of_reach(mu, c):
     "changes", [{}, {"mu": 5.0}, {"r": 0.8}, {"beta": 0.2}, {"n12": 0.005}], ids=str
 )
 def test_a_small_gap_or_preload_is_a_stop_at_rest(changes):
-    """A gap of 0 to rounding; 1e-6 from either side to 1e-3, .2 % where the coupling shifts the rest position."""
+    """A gap of 0 to rounding; 1e-6 from either side to 1e-3, 0.2 % where the coupling shifts the rest position."""
     eqs = changed(PAPER, **{{"r": "restitution"}.get(k, k): v for k, v in changes.items()})
     rest = solve(eqs)
     assert (
@@ -392,7 +392,7 @@ def test_stated_error_covers_what_density_finds(table, true, most):
 def test_what_is_never_there_does_not_bend_the_law(beta, mu, solved):
     """Where nothing is the slow voltage is not determined: it grew to 1e5, and 30 % were off where 15 were stated.
 
-    The first is that of engine `density`, to 1e-8; near it the law was lost, too, and is steady.
+    The first is that of engine `density`, to 1e-8; near it the law was lost as well, and is steady.
     """
     eqs = Equations(
         beta=beta, mu=mu, n1=0.016214, c1=-0.0060195, c2=-0.011769, c3=0.083099, alpha=0.39867, gap=0.56415,

@@ -176,14 +176,14 @@ def test_nonlinear_damping_against_the_energy_law(law_of_f):
 @pytest.mark.parametrize("mu", [0.05, 1.0, 5.0, 50.0])
 @pytest.mark.parametrize("c", [0.05, 0.2])
 def test_linear_scene_is_exact_where_lines_are_wide(mu, c):
-    """Exact also where the published formula is 10 % off, at c = .2: the finite width of the line counts."""
+    """Exact also where the published formula is 10 % off, at c = 0.2: the finite width of the line counts."""
     eqs = linear(0.02, mu, c)
     assert solve(eqs).mean_square_voltage == pytest.approx(linear_v2(eqs), rel=5e-3)
 
 
 @pytest.mark.parametrize("mu", [0.01, 0.05, 0.3, 1.0, 3.0, 10.0])
 def test_passive_voltage_with_a_stop(mu):
-    """Exact for r = 1, beta = 0: fast and slow voltage together, at any load: within .5 % (mu = 10: .9 %)."""
+    """Exact for r = 1, beta = 0: fast and slow voltage together, at any load: within 0.5 % (mu = 10: 0.9 %)."""
     c, n1 = 0.05, 0.01
     wd = np.sqrt(1 - c * c / 4)
 
@@ -247,7 +247,7 @@ FAIR = [
     "changes, most", [(g, 0.01) for g in GOOD] + [(f, 0.025) for f in FAIR + STRONG], ids=str
 )
 def test_within_one_per_cent_of_the_coupled_equations(changes, most):
-    """Paper's parameters: 1 % for r >= .9 and mu <= 1, 2.5 % elsewhere with r >= .8 and under strong coupling."""
+    """Paper's parameters: 1 % for r >= 0.9 and mu <= 1, 2.5 % elsewhere with r >= 0.8 and under strong coupling."""
     eqs = changed(PAPER, **changes)
     value, error = coupled(eqs)
     assert abs(solve(eqs).mean_square_voltage / value - 1) < most + 2 * error / value
@@ -277,7 +277,7 @@ def test_stated_error_is_the_real_one(changes):
 
 
 def random_scene(rng):
-    """Bounded, r from .3 to 1, beta from .02 to 10, mu from .02 to 10, half of them with all further effects."""
+    """Bounded, r from 0.3 to 1, beta from 0.02 to 10, mu from 0.02 to 10, half of them with all further effects."""
     further = rng.random() < 0.5
 
     def between(low, high):
@@ -309,7 +309,7 @@ def test_impacts_that_take_much_are_within_two_per_cent_of_the_density(mu):
 @pytest.mark.thorough("test_stated_error_is_the_real_one")
 @pytest.mark.statistics
 def test_stated_error_covers_random_scenes():
-    """The error that the theory states of itself is not exceeded; 3 % for r >= .6 and beta <= 2."""
+    """The error that the theory states of itself is not exceeded; 3 % for r >= 0.6 and beta <= 2."""
     rng = np.random.default_rng(11)
     shares = []
     for _ in range(11):

@@ -31,7 +31,7 @@ PLATE_WITH_STOP = changed(PLATE, restitution=0.96)
 
 @pytest.mark.parametrize("h", [0.1, 0.05])
 def test_paper_path(h):
-    """r = .96, relative RMS difference of V over 100 time units and some thirty impacts: below 1e-5."""
+    """r = 0.96, relative RMS difference of V over 100 time units and some thirty impacts: below 1e-5."""
     ours, exact = both(PAPER, h)
     assert len(exact.impacts) > 20
     assert rms_difference(ours, exact) < 1e-5
@@ -48,7 +48,7 @@ def test_strongly_coupled_plate():
 
 @pytest.mark.parametrize("seed", [7, 8, 9])
 def test_strongly_coupled_plate_with_its_stop(seed):
-    """beta = 1.25, r = .96: below 1e-3 over the first 30 impacts; beyond, impacts make paths chaotic."""
+    """beta = 1.25, r = 0.96: below 1e-3 over the first 30 impacts; beyond, impacts make paths chaotic."""
     ours, exact = both(
         PLATE_WITH_STOP, 0.05, stride=1, noise=gaussian_grid(np.random.SeedSequence(seed), 4000)
     )
@@ -132,7 +132,7 @@ def test_energy_of_the_load_with_a_stop(mu):
     ],
 )
 def test_coupling_with_impacts_is_stable_and_converges(beta, mu):
-    """beta from 0 to 10, mu from .01 to 100, r = .9: finite, and closer to the exact update at a finer step.
+    """beta from 0 to 10, mu from 0.01 to 100, r = 0.9: finite, and closer to the exact update at a finer step.
 
     The steps are shares of the fastest time: that of the open circuit's motion, or of R Cp.  Over ten time units
     impacts do not yet spread paths apart; the order is that of the geometric mean over five paths.  A step of twenty
@@ -215,7 +215,7 @@ def failing(one, noise, what):
 
 @pytest.mark.parametrize("what", ["source_voltage", "proposed_step", "accept_point"])
 def test_an_exception_in_a_python_callback_is_raised_after_the_run(what):
-    """ngspice gets finite values to its end, and the exception comes out; the process goes on."""
+    """ngspice gets finite values to its end, and the exception comes out; the process continues."""
     noise = gaussian_grid(SEED, 100)
     one = device(PAPER, 0.1, 4)
     calls, path = next(map_in_workers(failing, [(one, noise, what)]))

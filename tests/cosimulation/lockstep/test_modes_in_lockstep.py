@@ -89,8 +89,11 @@ def test_motion_of_several_modes():
     assert len(found.impacts) > 2
 
 
-def _one_netlist(scene, begin, end, step):
-    """The mean power of Rload (W) from ``begin`` to ``end`` (s), with each mode as a loop of ngspice's elements.
+POWER = "@r.xload.rload[p]"
+
+
+def _one_netlist(scene, begin, end, step, vectors=(POWER,)):
+    """The means of vectors from ``begin`` to ``end`` (s), with each mode as a loop of ngspice's elements.
 
     1 V is a force of 1 N and 1 A a speed of 1 m/s; all loops share the piezo's capacitance.
     """
@@ -118,24 +121,27 @@ def _one_netlist(scene, begin, end, step):
         ]
     lines += [".options method=trap reltol=1e-6 abstol=1e-14 vntol=1e-9 chgtol=1e-17"]
     lines += [
-        ".save @r.xload.rload[p]",
+        f".save {' '.join(vectors)}",
         f".tran {step} {end} {begin} {step} uic",
         ".control",
         "run",
     ]
-    lines += [f"meas tran found AVG @r.xload.rload[p] from={begin} to={end}", ".endc", ".end"]
+    lines += [
+        f"meas tran found{k} AVG {vector} from={begin} to={end}" for k, vector in enumerate(vectors)
+    ]
+    lines += [".endc", ".end"]
     text = "\n".join(lines)
     done = subprocess.run(
         ["ngspice", "-b", "/dev/stdin"], input=text, capture_output=True, text=True, timeout=300
     )
-    return float(re.search(r"found\s*=\s*(\S+)", done.stdout)[1])
+    return [float(found) for found in re.findall(r"^found\d+\s*=\s*(\S+)", done.stdout, re.M)]
 
 
 @pytest.mark.parametrize(
     "name, fine", [("bridge", 400), pytest.param("sece", 1000, marks=THOROUGH)]
 )
 def test_one_netlist(name, fine):
-    """Three modes in lock-step under a sinusoid give the power of one netlist of modes and circuit within .1 %.
+    """Three modes in lock-step under a sinusoid give the power of one netlist of modes and circuit within 0.1 %.
 
     A period of the sinusoid is ``fine`` steps.
     """
@@ -148,18 +154,25 @@ def test_one_netlist(name, fine):
     steps = round(seconds * 50.0 * fine)
     ((_, _, energy),) = map_in_workers(_lockstep, [(scene, h, steps, 1e-6)])
     ours = (energy[-1] - energy[steps // 2 - 1]) / (0.5 * seconds)
-    assert ours == pytest.approx(_one_netlist(scene, 0.5 * seconds, seconds, 2e-6), rel=1e-3)
+    (expected,) = _one_netlist(scene, 0.5 * seconds, seconds, 2e-6)
+    assert ours == pytest.approx(expected, rel=1e-3)
 
 
 def test_the_periodic_response_of_two_modes_with_a_compiled_bridge():
-    """Its power is that of one netlist of modes and circuit, within its error."""
+    """Its power, its probes and the powers of its diodes are those of one netlist of modes and circuit."""
     drive = hv.Excitation(acceleration_amplitude="0.5 g", frequency="50 Hz")
     scene = BEAM.replace(mode=(SECOND,), excitation=drive)
     scene = scene.replace(load=hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "20 nF"}))
-    answer = hv.run(scene, "compiled", within="0.1%")
+    answer = hv.run(scene, "compiled", within="0.1%", probe=("store", "p(load)"), ledger=True)
     assert answer.details["response_periods"] == 1.0
-    expected = _one_netlist(scene, 2.0, 2.2, 8e-6)
-    assert answer.mean_power.value == pytest.approx(expected, rel=1e-3)
+    names = ("d1", "d2", "d3", "d4")
+    vectors = (POWER, "v(xload.a)", "v(xload.b)", *(f"@d.xload.{name}[p]" for name in names))
+    power, high, low, *diodes = _one_netlist(scene, 2.0, 2.2, 8e-6, vectors)
+    assert answer.mean_power.value == pytest.approx(power, rel=1e-3)
+    assert answer.probes["p(load)"].mean.value == pytest.approx(power, rel=1e-3)
+    assert answer.probes["store"].mean.value == pytest.approx(high - low, rel=1e-3)
+    for name, expected in zip(names, diodes, strict=True):
+        assert answer.details[f"ledger_circuit_{name}"] == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.thorough("test_one_netlist")
@@ -169,6 +182,6 @@ def test_a_response_of_three_modes_to_a_sinusoid():
     scene = BEAM.replace(mode=(SECOND, THIRD), excitation=drive)
     scene = scene.replace(load=hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "20 nF"}))
     found = hv.run(scene, "spice", trajectories=2, duration="0.2 s").mean_power
-    expected = _one_netlist(scene, 2.0, 2.2, 8e-6)
+    (expected,) = _one_netlist(scene, 2.0, 2.2, 8e-6)
     assert abs(found.value - expected) < found.known_error95 + 3e-4 * expected
     assert found.known_error95 < 2e-3 * expected

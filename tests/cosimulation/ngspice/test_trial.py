@@ -11,7 +11,7 @@ pytestmark = [pytest.mark.ngspice, pytest.mark.slow]
 
 
 def tried(fault):
-    """In a process of its own, where no version counts as tested: what is said of a lock-step with a fault."""
+    """In a process of its own, where no version counts as tested: what is reported of a lock-step with a fault."""
     from harvester.cosimulation.ngspice import deck, trial
 
     trial.TESTED = ()

@@ -154,7 +154,7 @@ def deviation(apart, load, drive, h, options=""):
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("load", ["resistor", "bridge"])
 def test_agreement_with_the_whole_device(apart, load, drive):
-    """To 1e-3 in the voltage and in the power at h = .025; the difference falls with the square of the step."""
+    """To 1e-3 in the voltage and in the power at h = 0.025; the difference falls with the square of the step."""
     voltages, powers = np.array([deviation(apart, load, drive, h) for h in (0.1, 0.05, 0.025)]).T
     assert voltages[2] < 1e-3
     assert abs(powers[2]) < 1e-3
@@ -162,9 +162,9 @@ def test_agreement_with_the_whole_device(apart, load, drive):
 
 
 def test_agreement_of_parallel_sshi(apart, drive="harmonic"):
-    """To 1e-3 in the voltage and in the power at h = .003, where ngspice's tolerance is 1e-6 in place of 1e-4.
+    """To 1e-3 in the voltage and in the power at h = 0.003, where ngspice's tolerance is 1e-6 in place of 1e-4.
 
-    The voltage jumps by twice its size within .02: switching late by 1e-4 is a difference of 1e-3
+    The voltage jumps by twice its size within 0.02: switching late by 1e-4 is a difference of 1e-3
     in it.
     """
     voltages, powers = np.array(

@@ -38,7 +38,7 @@ def answered(folder, elements, **options):
 
 @pytest.mark.parametrize("ohms", [100e3, 110e3, 145e3])
 def test_two_resistors_are_within_their_stated_error(tmp_path, ohms):
-    """It had settled by what one change between periods said of a mode that turns: 257 times the stated error."""
+    """It had settled by what one change between periods stated of a mode that turns: 257 times the stated error."""
     answer, truth = answered(tmp_path, [("R2", "PZ1", "PZ2", 10e6), ("RL", "PZ1", "PZ2", ohms)])
     off = answer.mean_power.value - truth
     stated = answer.mean_power.known_error95
@@ -69,7 +69,7 @@ def test_random_ladders_are_within_their_stated_errors(tmp_path):
 
 
 def test_a_steady_response_knows_no_initial_condition(tmp_path):
-    """Each period began with IC= again: 64 s of processor time for 4, and 300 times the error."""
+    """Each period began with IC= again: 64 s of CPU time for 4, and 300 times the error."""
     plain, begun = (hv.Spice().run(board(tmp_path, store)) for store in ("2.2u", "2.2u IC=0"))
     assert begun.mean_power == plain.mean_power
     assert begun.details["ngspice_periods"] == plain.details["ngspice_periods"] < 60
@@ -100,7 +100,7 @@ def test_a_series_resistance_of_a_microohm(tmp_path):
 
 
 def test_diodes_without_capacitance(tmp_path):
-    """ngspice bears them with a capacitance to ground, which is told: runs of a minute and more stood for it."""
+    """ngspice bears them with a capacitance to ground, which is reported: runs of a minute and more stood for it."""
     answer = hv.Spice().run(board(tmp_path, diode="Is=1u N=1.05 Rs=2 Bv=40"))
     known = hv.Spice().run(board(tmp_path)).mean_power
     assert any(one.code == "shunted_response" for one in answer.warnings)

@@ -83,6 +83,6 @@ def test_means_over_less_than_the_slowest_transient_are_no_answer():
 def test_where_the_slow_engine_serves_it_is_named():
     """A chip behind a rectifier needs seconds there; a plain bridge has no such circuit."""
     with pytest.raises(OutOfTimeError, match="; engine 'slow' supports this scene and needs"):
-        hv.run("examples/bimorph_ltc3588.toml", "spice", budget="2s", seed=1)
+        hv.run("examples/bimorph_ltc3588.toml", "spice", budget="0.02s", seed=1)
     bridge = hv.run("examples/plate_bridge.toml", "spice", trajectories=2, duration=1.0)
     assert not any(said.code == "slow_serves" for said in bridge.notes)

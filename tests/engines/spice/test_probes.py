@@ -1,4 +1,4 @@
-"""What a run tells of the circuit beside the power: probes with errors, and each element's share of the energy."""
+"""What a run reports of the circuit next to the power: probes with errors, and each element's share of the energy."""
 
 import dataclasses
 import json
@@ -136,5 +136,6 @@ def test_other_engines_have_no_circuit(harvester):
         "run", "examples/plate.toml", "--engine", "ensemble", "--probe", "v(p)"
     )
     assert (status, "--probe must be left out with engine 'ensemble'" in wrong) == (2, True)
-    status, _, wrong = harvester("run", "examples/plate.toml", "--engine", "spice", "--ledger")
-    assert (status, "--ledger must be used with a netlist" in wrong) == (2, True)
+    for option in ("--ledger", "--energy-balance"):
+        status, _, wrong = harvester("run", "examples/plate.toml", "--engine", "spice", option)
+        assert (status, "--ledger must be used with a netlist" in wrong) == (2, True)

@@ -1,4 +1,4 @@
-"""Boards beside a stop: many short runs of ngspice from the compiled circuit's states, on the same noise."""
+"""Boards next to a stop: many short runs of ngspice from the compiled circuit's states, on the same noise."""
 
 import dataclasses
 import math

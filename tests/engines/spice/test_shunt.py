@@ -48,7 +48,7 @@ def test_a_shunt_changes_as_much_as_it_is_of_the_piezo(tmp_path):
 @pytest.mark.thorough("test_a_shunt_changes_as_much_as_it_is_of_the_piezo")
 @pytest.mark.slow
 def test_what_does_not_converge_is_tried_with_a_shunt(tmp_path):
-    """The answer is that of the compiled circuit, which has no shunt, and says what helped."""
+    """The answer is that of the compiled circuit, which has no shunt, and states what helped."""
     scene = on_plate(tmp_path, CLAMPED)
     found = hv.Spice(trajectories=2, duration="3 s", seed=2).run(scene)
     assert has(found.warnings, "shunted")

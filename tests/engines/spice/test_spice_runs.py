@@ -1,4 +1,4 @@
-"""What is concluded from runs beside a cheap model: the power's variance, and how the effort is split."""
+"""What is concluded from runs next to a cheap model: the power's variance, and how the effort is split."""
 
 import dataclasses
 import math
@@ -28,7 +28,7 @@ BETA, MU = 0.5, 3.0
 
 
 def made_up():
-    """Eight runs of a load resistor that cost half a second each, beside a cheap model, without any ngspice."""
+    """Eight runs of a load resistor that cost half a second each, next to a cheap model, without any ngspice."""
     low = 1.0 + np.random.default_rng(3).standard_normal(8)
     high = low + 0.1 * np.random.default_rng(4).standard_normal(8)
     done = [
@@ -75,7 +75,7 @@ def test_more_runs_and_a_longer_ensemble_as_the_split_says():
 
 
 def test_runs_alone_pay_for_all():
-    """Without a cheap model the variance of one run decides, and nothing else goes on."""
+    """Without a cheap model the variance of one run decides, and nothing else continues."""
     runs = made_up()
     runs.paired = False
     found = runs.mean_square_voltage()
@@ -223,7 +223,7 @@ def test_a_target_that_is_nearly_reached_is_reached(monkeypatch):
 
 
 def test_a_tolerance_that_cannot_be_measured_is_unknown(monkeypatch):
-    """ngspice may not bear a tenth of its tolerance, or the time may be spent: the answer stays, and says so."""
+    """ngspice may not bear a tenth of its tolerance, or the time may be spent: the answer stays, and states so."""
     from harvester.cosimulation import same_motion
 
     def refused(device, seeds, kicks, burn_in, deadline, starts):

@@ -86,7 +86,7 @@ def test_a_mass_on_a_stop_holds_its_response():
 
 @pytest.mark.thorough("test_a_bridge_off_resonance")
 def test_a_large_capacitor_is_not_waited_for():
-    """A time constant of 46 periods: 8.8478 mW as one netlist, converged; 16 copies of it took 17,000 periods."""
+    """A time constant of 46 periods: 8.8478 mW as one netlist, converged; 16 copies of it needed 17,000 periods."""
     answer = hv.Spice().run(hv.loads(BIMORPH))
     power = answer.mean_power
     assert abs(power.value - 8.8478e-3) < 1.5 * power.known_error95 < 1e-3 * power.value

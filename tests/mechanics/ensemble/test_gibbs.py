@@ -129,7 +129,7 @@ def test_power_balance_and_identities(changes):
 
 @pytest.mark.thorough("test_a_small_gap_or_preload_is_a_stop_at_rest")
 def test_preload_converges_with_the_step():
-    """E[(x + gap)^2] of a pressed mass: exact at the chosen step to the bias of some per cent that it stands for.
+    """E[(x + gap)^2] of a pressed mass: exact at the chosen step to the bias of some per cent that it represents.
 
     At the step of a scene without preload it is half as large again: bounces shorter than the step
     are heated.

@@ -118,9 +118,9 @@ def return_law(log_w):
 @pytest.mark.thorough("test_kick_is_the_linear_equation_to_third_order")
 @pytest.mark.parametrize("eta, allowed", [(0.5, 0.03), (0.05, 0.0), (0.005, 0.0)])
 def test_law_of_first_return(eta, allowed):
-    """p(w) = (3/2 pi) w^(3/2)/(1 + w^3), P(w < 1) = .1370, and E ln w = pi/sqrt 3.
+    """p(w) = (3/2 pi) w^(3/2)/(1 + w^3), P(w < 1) = 0.1370, and E ln w = pi/sqrt 3.
 
-    Below the restitution coefficient exp(-pi/sqrt 3) = .1630 the impacts of a free particle
+    Below the restitution coefficient exp(-pi/sqrt 3) = 0.1630 the impacts of a free particle
     therefore pile up.
     """
     log_w = np.sort(np.log(returns(eta, 60_000 if eta > 0.01 else 15_000, 1)))
@@ -137,7 +137,7 @@ def test_law_of_first_return(eta, allowed):
 @pytest.mark.parametrize("r, v2", [(0.05, 0.01706), (0.1, 0.0173)])
 @pytest.mark.parametrize("h, allowed", [(0.1, 0.04), (0.01, 0.01), (0.001, 0.0)])
 def test_below_the_collapse_threshold(r, v2, h, allowed):
-    """E[V^2] and E[x'^2] converge (r = .1: .0040, .0173), while the impacts become more and more."""
+    """E[V^2] and E[x'^2] converge (r = 0.1: 0.0040, 0.0173), while the impacts become more and more."""
     eqs = Equations(c1=-0.02, beta=0.05, mu=1.0, n1=0.01, restitution=r)
     moments = averages(eqs, 512, h, 50.0, 200.0)
     assert abs(z(moments.mean("V2"), 0.0040, 0.00005)) < 4
@@ -210,7 +210,7 @@ def test_chatter_ends_whatever_the_restitution(r, h):
 @pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @fine_to_coarse
 def test_voltage_pulls_the_mass_off_the_stop(h):
-    """V < 0 and x = x' = 0: it leaves at once with the acceleration -beta V; the ensemble's kick frees it too."""
+    """V < 0 and x = x' = 0: it leaves at once with the acceleration -beta V; the ensemble's kick frees it as well."""
     eqs = Equations(beta=1.0, mu=0.1, restitution=0.5)
     start = (0.0, 0.0, -1.0)
     path = quiet(eqs, 1.0, h, start)
@@ -227,7 +227,7 @@ def test_voltage_pulls_the_mass_off_the_stop(h):
 @pytest.mark.parametrize("x0", [5.0, 10.0, 30.0])
 @pytest.mark.parametrize("r", [None, 0.96])
 def test_quintic_damping_never_blows_up(x0, h, r):
-    """c3 = .1 from far out: no growth at any sensible step, bounded at every other one, with noise and without."""
+    """c3 = 0.1 from far out: no growth at any sensible step, bounded at every other one, with noise and without."""
     eqs = padded(Equations(alpha=0.5, c3=0.1, restitution=r))
     path = quiet(eqs, max(200.0, 200 * h), h, (x0, 0.0, 0.0))
     assert abs(path.x).max() <= (x0 if h < 1.0 else max(x0, 10.0 * h))
@@ -272,7 +272,7 @@ def test_coarse_steps_are_little_biased(h, most):
 @pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @fine_to_coarse
 def test_fast_load_is_quasi_static(h):
-    """mu = 1e4: V = x'/mu, at steps 1000 times longer than 1/mu too."""
+    """mu = 1e4: V = x'/mu, at steps 1000 times longer than 1/mu as well."""
     moments = averages(changed(linear(0.05, 1e4), restitution=0.96), 256, h, 100.0, 200.0)
     assert moments.V2.mean() * 1e8 == pytest.approx(moments.v2.mean(), rel=3e-3)
     assert abs(moments.vV.mean() * 1e4 / moments.v2.mean() - 1) < 3e-3
@@ -389,7 +389,7 @@ def test_limit_cycle(h):
 @pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @pytest.mark.parametrize("h", [0.1, 0.03, 0.01])
 def test_exponent_of_a_strong_parametric_noise(h):
-    """N2 = 4, c = .5, r = .5 without external noise: lambda = -.0859, while the second moments diverge."""
+    """N2 = 4, c = 0.5, r = 0.5 without external noise: lambda = -0.0859, while the second moments diverge."""
     found = lyapunov.exponent(Equations(c1=-0.5, n2=4.0, restitution=0.5), SEED, 1024, 400.0, h)
     assert abs(found.value + 0.0859) < 4 * found.stderr + 1.5 * found.bias
 

@@ -1,4 +1,4 @@
-"""Mechanics with its load: one object says what trajectories need, for each pair of modes and load."""
+"""Mechanics with its load: one object states what trajectories need, for each pair of modes and load."""
 
 import numpy as np
 import pytest

@@ -210,7 +210,7 @@ def test_burn_in_lasts_ten_times_the_memory():
 
 @pytest.fixture(scope="module")
 def stop_v2():
-    """E[V^2] of the paper's scene at step .1: value and standard error of a long run."""
+    """E[V^2] of the paper's scene at step 0.1: value and standard error of a long run."""
     return controlled(PAPER, 0.1, ("V2",))["V2"]
 
 

@@ -109,7 +109,7 @@ def test_gibbs_law_with_a_stop():
 
 @pytest.mark.thorough("test_passive_voltage_with_a_stop")
 def test_passive_voltage_with_a_stop():
-    """beta -> 0, r = 1, c = mu = .05, N1 = .01: E[V^2] = .055789 by the correlation of |y|."""
+    """beta -> 0, r = 1, c = mu = 0.05, N1 = 0.01: E[V^2] = 0.055789 by the correlation of |y|."""
     from scipy.integrate import quad
 
     c = mu = 0.05

@@ -1,4 +1,4 @@
-"""Compilation is timed, and told to whoever waits for it at a terminal; what it makes is kept in files."""
+"""Compilation is timed, and reported to whoever waits for it at a terminal; what it makes is kept in files."""
 
 import ast
 import fcntl

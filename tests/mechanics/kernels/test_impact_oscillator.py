@@ -182,7 +182,7 @@ def test_path_converges_at_second_order(more):
 
 @pytest.mark.thorough("test_chaos_and_a_subharmonic_are_named")
 def test_chaotic_response_is_told():
-    """Beyond the cascade trajectories differ, and the engine says so."""
+    """Beyond the cascade trajectories differ, and the engine states so."""
     eqs = changed(driven(2.8), c1=-0.02, beta=0.01, mu=1.0)
     answer = hv.Ensemble(trajectories=128, duration=200.0).run(scene(eqs))
     assert any("a chaotic one" in str(one) for one in answer.warnings)

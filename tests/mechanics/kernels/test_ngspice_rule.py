@@ -61,7 +61,7 @@ def test_deck_has_the_weight_of_the_compiled_steps(z):
 
 @pytest.mark.parametrize("r", [None, 0.9])
 def test_a_lane_with_ngspices_rule_is_its_path(r):
-    """Readings are landings: the state goes on from mid-drift, over calls of `run` too."""
+    """Readings are landings: the state continues from mid-drift, over calls of `run` as well."""
     eqs = changed(PLATE, restitution=r, mu=1.0)
     h = 0.07
     many = Trajectories(eqs, 64, SEED, h, ngspice_rule=True)

@@ -143,7 +143,7 @@ def test_contact_is_the_equation(mu, k, c, y, v):
 
 
 def test_contact_longer_than_a_step_goes_on_in_the_next():
-    """A soft stop: one drift of length 1, and 100 drifts of .01 that begin and end in contact, are the same."""
+    """A soft stop: one drift of length 1, and 100 drifts of 0.01 that begin and end in contact, are the same."""
     c = Coefficients(gap=0.0, mu=0.3, k=4.0, c=0.4)
     whole = in_contact(0.1, -1.0, 0.2, 1.0, c)
     x = 0.1
@@ -169,7 +169,7 @@ def test_a_whole_contact_has_the_restitution_of_its_damping_ratio(zeta):
 
 @pytest.mark.thorough("test_contact_is_the_equation")
 def test_compliant_stop_becomes_rigid_at_the_rate_of_its_contact_time():
-    """Damped, loaded mass on a stop of stiffness k and zeta = .1: |x - x_rigid| falls as k^(-1/2)."""
+    """Damped, loaded mass on a stop of stiffness k and zeta = 0.1: |x - x_rigid| falls as k^(-1/2)."""
     zeta = 0.1
     r = math.exp(-math.pi * zeta / math.sqrt(1 - zeta * zeta))
     base = Equations(c1=-0.1, alpha=0.5, beta=0.3, mu=0.4, gap=0.2)
@@ -194,7 +194,7 @@ def test_compliant_stop_becomes_rigid_at_the_rate_of_its_contact_time():
 
 @pytest.mark.parametrize("k", [10.0, 1e4, 1e8, 1e12])
 def test_no_stiffness_makes_a_step_unstable(k):
-    """Steps of .1 against contacts of .3 down to 3e-6, with and without damping: the energy never grows."""
+    """Steps of 0.1 against contacts of 0.3 down to 3e-6, with and without damping: the energy never grows."""
     for c in (0.0, 0.2 * math.sqrt(k)):
         eqs = Equations(c1=-0.01, stop_stiffness=k, stop_damping=c or None, gap=0.1)
         path = trace(eqs, np.zeros(100_000), 0.1, 1, (1.0, 0.0, 0.0))
@@ -244,7 +244,7 @@ def sinusoids(gap, r, x0, times, room=math.inf, r_high=None):
     ids=["distance", "preload", "preload, loses", "both sides"],
 )
 def test_linear_paths_are_sinusoids_between_impacts(gap, r, room, r_high):
-    """x, x' of a path without noise against the closed form, of second order in h, impacts too."""
+    """x, x' of a path without noise against the closed form, of second order in h, impacts as well."""
     steps = (0.1, 0.05, 0.025, 0.0125)
     errors = []
     # the kernels of the next test
@@ -307,7 +307,7 @@ def test_both_stops_are_each_others_mirror_image(n1):
 @pytest.mark.parametrize("h", [0.5, 0.05, 0.005])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_preloaded_mass_chatters_to_rest_and_stays_until_it_is_freed(h, side):
-    """r = .5, F = .3: chatter ends at the stop; V > 0 fades; a voltage that pulls harder than F frees the mass."""
+    """r = 0.5, F = 0.3: chatter ends at the stop; V > 0 fades; a voltage that pulls harder than F frees the mass."""
     eqs = Equations(restitution=0.5, gap=-0.3, beta=1.0, mu=1.0)
     if side < 0.0:  # the same at the opposite stop
         eqs = changed(eqs, gap=5.0, opposite_gap=-0.3, opposite_restitution=0.5)

@@ -160,7 +160,7 @@ PEAK = TabulatedDensity(np.array([3.0, 3.1, 3.2]), np.array([0.0, 1e-5, 0.0]))
 
 
 def test_density_that_begins_and_ends_at_zero():
-    """A 0 has no logarithm: beside it the density is a straight line."""
+    """A 0 has no logarithm: next to it the density is a straight line."""
     assert RAMPS.below(np.array([0.05, 0.15, 0.2, 0.5, 0.75, 3.0])) == pytest.approx(
         [0, 0.025, 0.1, 0.7, 1.075, 1.2]
     )

@@ -388,7 +388,7 @@ def test_lane_and_path_are_the_same_trajectory(kind, r):
     ],
 )
 def test_the_mass_moves_as_with_a_resistor(kind, changes):
-    """Whatever shakes and stops it, where the piezo does not act back; a lane and a path are the same there too.
+    """Whatever shakes and stops it, where the piezo does not act back; a lane and a path are the same there as well.
 
     But for the half kick that begins a path.
     """
@@ -492,7 +492,7 @@ def test_a_start_behind_the_stop_and_a_resistor_beside_are_refused():
 @pytest.mark.parametrize("mu", [1e-3, 1.0, 1e6])
 @pytest.mark.parametrize("kappa", [1e-4, 1e8])
 def test_hard_circuits(kind, mu, kappa, r):
-    """From a short to an open load, from no capacitor to a farad, steps of .5, a stop of r = 0, no play."""
+    """From a short to an open load, from no capacitor to a farad, steps of 0.5, a stop of r = 0, no play."""
     play = {"hysteresis": 0.0} if kind in SWITCHED else {}
     load = circuit(kind, mu, kappa, loss=1.4e-3, **play)
     many = Trajectories(changed(PLATE, restitution=r), 64, SEED, 0.5, circuit=load)
@@ -605,7 +605,7 @@ def rms(a, b):
     ],
 )
 def test_ngspice_on_the_same_noise(name):
-    """Load power of 4 trajectories: the same but for 1e-3 of its variance, its mean to .1 %; V to .2 %."""
+    """Load power of 4 trajectories: the same but for 1e-3 of its variance, its mean to 0.1 %; V to 0.2 %."""
     spice, mine, (_, path, charge), same, s = beside(name, 4, 240.0, 100.0, step=0.05)
     assert 1.0 - np.corrcoef(spice, mine)[0, 1] ** 2 < 1e-3
     assert mine.mean() == pytest.approx(spice.mean(), rel=1e-3)
@@ -616,7 +616,7 @@ def test_ngspice_on_the_same_noise(name):
 @pytest.mark.ngspice
 @pytest.mark.parametrize("name", ["parallel_sshi", "series_sshi", "sece"])
 def test_ngspice_on_the_same_noise_with_a_switch(name):
-    """The capacitor's voltage along one path: inversions take no time here, .02/w0 there."""
+    """The capacitor's voltage along one path: inversions take no time here, 0.02/w0 there."""
     _, _, (_, _, charge), same, s = beside(name, 1, 60.0, 20.0)
     assert (
         rms(s.volts * same.U[:, 1], charge)

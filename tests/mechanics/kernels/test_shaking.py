@@ -282,7 +282,7 @@ def excited(**keys):
 
 
 def test_physical_excitation_in_its_units():
-    """.1 g at 3.2 Hz, 50 ms of memory, a band of .5 Hz about 4 Hz, in units of l, 1/w0 = 50 ms."""
+    """0.1 g at 3.2 Hz, 50 ms of memory, a band of 0.5 Hz about 4 Hz, in units of l, 1/w0 = 50 ms."""
     drive = equations(excited(acceleration_amplitude="0.1 g", frequency="3.2 Hz"), length=1e-3)
     assert drive.drive == pytest.approx(0.980665 / (1e-3 * 400.0))
     assert drive.drive_frequency == pytest.approx(2 * math.pi * 3.2 / 20.0)

@@ -81,7 +81,7 @@ STOPS = {
 
 @pytest.mark.parametrize("kind", STOPS)
 def test_located_impacts(kind):
-    """Two modes with stops against exact flow and impacts located to rounding, under a drive: within .3 %."""
+    """Two modes with stops against exact flow and impacts located to rounding, under a drive: within 0.3 %."""
     tables, stops, compliant = STOPS[kind]
     scene = BEAM.replace(excitation=DRIVE, **tables)
     independent = device(scene).mean_square_voltage(stops, 30, 60, compliant)

@@ -29,7 +29,7 @@ def plate(**excitation):
 
 @pytest.mark.parametrize("curve", CURVES.values(), ids=lambda one: one.name)
 def test_a_density_has_the_rms_that_its_standard_states(curve):
-    """To the digits that stand there: a wrong breakpoint would show."""
+    """To the digits that are there: a wrong breakpoint would show."""
     f, g = np.array(curve.points).T
     slopes = np.diff(np.log(g)) / np.diff(np.log(f))
     pieces = zip(f[:-1], f[1:], g[:-1], slopes, strict=True)
@@ -65,7 +65,7 @@ def test_lines_of_a_shock(name):
 
 
 def test_a_ramp_at_small_angles():
-    """The series and the closed form meet: a shock that is short beside its period has no jump between its lines."""
+    """The series and the closed form meet: a shock that is short next to its period has no jump between its lines."""
     record = shock("sawtooth-shock", 1.0, 0.01, None, 50.0, 1.0)
     lines = np.abs(np.fft.rfft(record.values))[1:60]
     assert np.abs(np.diff(lines, 2)).max() < 1e-6 * lines.max()

@@ -76,7 +76,7 @@ def test_a_run_that_never_gets_there_has_no_share():
 @pytest.mark.thorough("test_a_step_down_chip_wakes_and_sleeps_as_its_closed_form")
 @pytest.mark.ngspice
 def test_a_chip_wakes_up_and_runs_for_a_part_of_the_time():
-    """As counted on the path that `motion` hands out; nothing is said without a duration."""
+    """As counted on the path that `motion` hands out; nothing is reported without a duration."""
     more = "acceleration_amplitude = '0.3 g'"
     text = (
         (EXAMPLES / "bimorph_ltc3588.toml")

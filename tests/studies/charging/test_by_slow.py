@@ -1,4 +1,4 @@
-"""Charging by the rectifier's mean current, beside direct runs of mass and circuit.
+"""Charging by the rectifier's mean current, next to direct runs of mass and circuit.
 
 Kept of ngspice 39.3 alone, 23 November 2026, `python benchmarks/slow_circuits.py` on the scene
 below for 14.5 s, with steps of 40 us and reltol 1e-5: 20 V after 13.3077 s and 10 V after 5.7299 s.
@@ -60,7 +60,7 @@ def test_what_it_cannot_charge_it_refuses():
 @pytest.mark.slow
 @pytest.mark.ngspice
 def test_a_circuit_with_transistors():
-    """It is there before transients have gone, which is said, and the time holds what ngspice says."""
+    """It is there before transients have gone, which is reported, and the time holds what ngspice states."""
     scene = EXAMPLES / "bimorph_self_powered_sshi.toml"
     found, judge = (hv.charge(scene, to="1 V", engine=name) for name in ("slow", "spice"))
     assert has(found.warnings, "charge_not_slow")
@@ -80,7 +80,7 @@ CHIPS = [
 
 @pytest.mark.parametrize("chip, acceleration, store, seconds, error", CHIPS)
 def test_a_chip_charges_its_store_as_in_ngspice(chip, acceleration, store, seconds, error):
-    """What taking the time scales apart does is measured: the error is whole, and holds what ngspice says."""
+    """What taking the time scales apart does is measured: the error is whole, and holds what ngspice states."""
     scene = hv.load(EXAMPLES / f"bimorph_{chip}.toml").vary(
         "excitation.acceleration_amplitude", acceleration
     )
@@ -124,7 +124,7 @@ def test_a_diode_across_the_rails_is_refused_before_anything_long(tmp_path, monk
 
 @pytest.mark.slow
 def test_a_capacitor_that_loads_through_a_resistor_is_no_draw_of_the_board(tmp_path):
-    """The store was said not to reach 3 V, which it does under a drive as soon as the other one is full."""
+    """The store was stated not to reach 3 V, which it does under a drive as soon as the other one is full."""
     text = CLAMPED.replace("D5 OUT 0 D1", "R9 OUT X 1k\nC9 X 0 470u")
     scene = on_board(tmp_path, text, {"acceleration_psd": "1e-3 g^2/Hz"})
     with pytest.raises(hv.SimulationError, match=r"follows no capacitor .*, but c9 may still be"):

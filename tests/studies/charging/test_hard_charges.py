@@ -106,7 +106,7 @@ def test_it_comes_to_its_end(case):
 
 @pytest.mark.thorough("test_the_compiled_circuit_charges_as_the_ideal_one")
 def test_a_supercapacitor_does_not_shorten_the_steps():
-    """The tolerance of a charge is above the rounding of 1 F at 20 V, and as ever beside a usual capacitor."""
+    """The tolerance of a charge is above the rounding of 1 F at 20 V, and as ever next to a usual capacitor."""
     usual, mine, large = (
         float(
             re.search(

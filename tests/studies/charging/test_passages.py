@@ -1,4 +1,4 @@
-"""First passages of known paths, and what is said of runs that have none."""
+"""First passages of known paths, and what is reported of runs that have none."""
 
 import dataclasses
 import math
@@ -83,7 +83,7 @@ def test_runs_on_one_record_are_no_independent_ones(alike):
 
 
 def test_records_without_a_likeness_say_as_much_as_their_runs():
-    """Where runs on a record are as independent as others, their interval is not much wider; all alike count as one."""
+    """If runs on a record are as independent as others, their interval is not much wider; all alike count as one."""
     rng = np.random.default_rng(2)
     times = np.where(rng.random((64 * 64, 1)) < 0.3, 1.0, math.inf)
     apart = passages(times)

@@ -1,4 +1,4 @@
-"""Charging under tabulated noise, where trajectories share records: intervals over seeds hold what they say."""
+"""Charging under tabulated noise, where trajectories share records: intervals over seeds hold what they state."""
 
 import dataclasses
 import math
@@ -16,7 +16,7 @@ SEEDS = 24
 @pytest.mark.thorough("test_charge.py")
 @pytest.mark.statistics
 def test_shares_that_arrive_over_seeds():
-    """The interval holds the share of all seeds as often as it says; that of as many independent runs does not.
+    """The interval holds the share of all seeds as often as it states; that of as many independent runs does not.
 
     The runs are watched for about as long as a record lasts, so that those on one see the same of
     it.

@@ -1,4 +1,4 @@
-"""What a long charge says before it ends: which engine was taken and why, and how long it will take."""
+"""What a long charge states before it ends: which engine was taken and why, and how long it will take."""
 
 import dataclasses
 

@@ -117,7 +117,7 @@ def test_impacts_that_are_rare():
 
 @pytest.mark.slow
 def test_a_stop_is_hit():
-    """The mass hits its stop at rest once in each half of a free period, about w0/pi times a second."""
+    """The mass hits its stop at rest once in each half of a free period, about w0/pi times per second."""
     found = hv.extremes(STOP, lifetime="30 days")
     assert found.impact_rate.value == pytest.approx(20.0 / np.pi, rel=0.05)
     assert {*found.levels} == {"peak_displacement", "peak_voltage", "peak_impact_speed"}
@@ -174,7 +174,7 @@ def test_bad_input(harvester, path, words, error):
 
 
 def test_strain_is_a_multiple_of_the_displacement(harvester, tmp_path):
-    """`new --bimorph` writes the factor; lifetimes and limits have the strain, and say where the factor lacks."""
+    """`new --bimorph` writes the factor; lifetimes and limits have the strain, and state where the factor lacks."""
     path = tmp_path / "beam.toml"
     (q1, q2) = ("--lifetime", "5 years")
     sizes = {

@@ -158,7 +158,7 @@ def test_a_peak_between_the_frequencies_of_the_sweep():
 
 @pytest.mark.thorough("test_physical_units")
 def test_where_the_true_peak_may_be():
-    """A peak that was not sought between the frequencies says so, and one at an end of the sweep."""
+    """A peak that was not sought between the frequencies states so, and one at an end of the sweep."""
     found = response(scene(DRIVEN), [0.9, 1.0, 1.1, 1.3])
     place = [p.frequency for p in found.sweep("up")].index(found.peak("up").frequency)
     assert 0 < place < 3 and "the best of the sweep (the true one lies between" in str(found)

@@ -133,7 +133,7 @@ def test_several_loads_and_a_map(harvester, tmp_path):
 
 @pytest.mark.ngspice
 def test_a_frequency_that_fails(monkeypatch):
-    """It is left out and told with its reason, and the others are there; where all fail, that is the error."""
+    """It is left out and reported with its reason, and the others are there; where all fail, that is the error."""
     linear = hv.loads(BRIDGE).with_load(resistance=50e3)
     follow = Spice.run_near
 
@@ -245,7 +245,7 @@ def test_a_wrong_unit_of_the_sweep_is_doubted_before_the_run(harvester, monkeypa
 
 
 def test_a_csv_file_of_what_is_not_known():
-    """The whole error of a power stands there where it is known, and a frequency that failed has its reason."""
+    """The whole error of a power is there where it is known, and a frequency that failed has its reason."""
     known = Value(2.0, bias=0.5)
     half = Value(2.0, bias=0.5, unknown="ideal diodes")
     points = [
@@ -271,7 +271,7 @@ def test_a_csv_file_of_what_is_not_known():
 
 
 def test_numbers_without_a_unit():
-    """No blank stands before what follows the number of a nondimensional scene."""
+    """No blank is before what follows the number of a nondimensional scene."""
     points = [
         ResponsePoint(way, f, Value(v2), Value(v2), 0.0)
         for way, v2 in (("up", 1.0), ("down", 2.0))

@@ -51,7 +51,7 @@ def interrupted(some, sweep, out, engines, after):
 
 
 def resumed(some, sweep, out, engines=None):
-    """The response that goes on, and how many frequencies were computed and kept."""
+    """The response that continues, and how many frequencies were computed and kept."""
     computed, kept = [], []
     found = draw(
         some,
@@ -67,7 +67,7 @@ def resumed(some, sweep, out, engines=None):
 
 @pytest.mark.thorough("test_what_is_no_step")
 def test_killed(tmp_path):
-    """Trajectories go on from where the killed program left them: on the way down, of an odd number of points."""
+    """Trajectories continue from where the killed program left them: on the way down, of an odd number of points."""
     (tmp_path / "scene.toml").write_text(HARDENING.to_toml())
     out = tmp_path / "out"
     done = subprocess.run(
@@ -89,7 +89,7 @@ def test_killed(tmp_path):
 @pytest.mark.thorough("test_what_is_no_step")
 @pytest.mark.ngspice
 def test_interrupted_with_ngspice(tmp_path):
-    """Two engines: that which was done is not computed again, and ngspice goes on from the last periodic state."""
+    """Two engines: that which was done is not computed again, and ngspice continues from the last periodic state."""
     bridge = hv.loads(bimorph('R = "100 kohm", C = "0.3 uF"'))
     engines = ["ideal", "spice"]
     whole = draw(bridge, "44Hz:50Hz:3", tmp_path / "whole", engines=engines)

@@ -78,7 +78,7 @@ def test_coils_of_different_quality_are_told():
 
 @pytest.mark.slow
 def test_all_are_scanned_alike():
-    """Each has the places of the scan, in rounds; one of a quarter of the power ends there, the other goes on."""
+    """Each has the places of the scan, in rounds; one of a quarter of the power ends there, the other continues."""
     told = []
     powers = {"weak": 0.0025, "strong": 0.01}
     asked = {
@@ -173,7 +173,7 @@ def test_a_last_run_that_is_cut_off_loses_no_optimum(monkeypatch):
 
 @pytest.mark.slow
 def test_the_table():
-    """The best first, what cannot be told from it named, and a circuit without an answer with its error."""
+    """The best first, what cannot be distinguished from it named, and a circuit without an answer with its error."""
     scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     one = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="exact")
     two = hv.optimise(scene, vary={"nondimensional.mu": (3.0, 10.0)}, engine="exact")
@@ -226,7 +226,7 @@ def test_no_best_circuit_where_a_scan_was_cut_short():
 
 
 def test_what_is_not_known_stands_once():
-    """Rows of circuits hold the errors that are known; a note says which are not, once."""
+    """Rows of circuits hold the errors that are known; a note states which are not, once."""
     scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     one = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="exact")
     value = hv.Value(

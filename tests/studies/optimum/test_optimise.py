@@ -210,7 +210,7 @@ def test_an_interval_holds_its_own_value():
 
 
 def test_formula_finds_the_exact_optimum():
-    """The interval of `averaged` holds it, too."""
+    """The interval of `averaged` holds it as well."""
     answer = hv.optimise(LINEAR, vary=MU, engine=hv.Averaged())
     key = only(answer)
     assert key.low95 < math.sqrt(1.0 + BETA) < key.high95
@@ -229,7 +229,7 @@ def test_formula_finds_the_exact_optimum():
 @pytest.mark.thorough("test_formula_finds_the_exact_optimum")
 @pytest.mark.slow
 def test_weak_coupling_and_a_stop():
-    """Passive, r -> 1: E[V^2] of PHYSICS 5.5 by quadrature has its largest mu E[V^2] where `averaged` says."""
+    """Passive, r -> 1: E[V^2] of PHYSICS 5.5 by quadrature has its largest mu E[V^2] where `averaged` states."""
     from scipy.integrate import quad
     from scipy.optimize import minimize_scalar
 
@@ -403,7 +403,7 @@ def test_boundary():
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", [ENSEMBLE, hv.Averaged()], ids=lambda e: e.NAME)
 def test_a_budget_too_small(engine):
-    """It says what is missing, and still tells a power with its error."""
+    """It states what is missing, and still reports a power with its error."""
     answer = hv.optimise(LINEAR, vary=MU, engine=engine, budget=1e-3)
     key = only(answer)
     assert (key.low95, key.high95) == (None, None)
@@ -455,7 +455,7 @@ class CutOff(Surface):
 
 
 def test_evaluations_that_were_cut_off_take_no_part():
-    """Beside sound ones they are in no fit and never the best, and are said; the figure counts them."""
+    """Next to sound ones they are in no fit and never the best, and are reported; the figure counts them."""
     answer = hv.optimise(LINEAR, vary=MU, engine=CutOff(noise=0.1))
     assert math.log(only(answer).value) == pytest.approx(-1.5, abs=0.1)
     assert answer.estimate.is_sound and answer.mean_power.value == pytest.approx(1.0, rel=0.05)

@@ -1,4 +1,4 @@
-"""The front by an engine that samples: which designs are on it, and which cannot be told from it."""
+"""The front by an engine that samples: which designs are on it, and which cannot be distinguished from it."""
 
 import dataclasses
 import json
@@ -19,7 +19,7 @@ def design(power, quantity, error=0.0):
 
 
 def test_a_design_beaten_within_the_errors_is_said():
-    """Low quantity, much power: (1, 1) and (3, 3) are the front; (2.9, 3.1) is beaten by .1, (1, 5) by far."""
+    """Low quantity, much power: (1, 1) and (3, 3) are the front; (2.9, 3.1) is beaten by 0.1, (1, 5) by far."""
     designs = [
         design(1.0, 1.0, 0.2),
         design(2.9, 3.1, 0.2),
@@ -36,7 +36,7 @@ def test_a_design_beaten_within_the_errors_is_said():
 
 
 def test_the_picture_has_bars_both_ways_on_every_design():
-    """The designs that indistinguishable from the front, too: their errors are why."""
+    """The designs that indistinguishable from the front as well: their errors are why."""
     found = ParetoFront(
         "ensemble",
         "peak_voltage",

@@ -110,7 +110,7 @@ def test_limit_of_a_peak():
 @pytest.mark.thorough("test_limit_of_a_peak")
 @pytest.mark.slow
 def test_limit_of_a_peak_behind_a_stop(monkeypatch):
-    """Twelve paths stand for all loads; the long path of the design found keeps the limit that binds."""
+    """Twelve paths represent all loads; the long path of the design found keeps the limit that binds."""
     monkeypatch.setattr("harvester.studies.optimum.place_peaks.COUNTED", 5)
     monkeypatch.setattr("harvester.studies.tolerance.peaks.BLOCKS", 256)
     monkeypatch.setattr("harvester.studies.optimum.under_limits.LONG", 1)
@@ -266,7 +266,7 @@ def test_front_of_power_and_voltage():
 
 @pytest.mark.slow
 def test_a_front_with_nothing_to_choose():
-    """Where the range holds no trade-off it is one design, and that is said."""
+    """If the range holds no trade-off it is one design, and that is reported."""
     found = hv.optimise(
         LINEAR, vary={"nondimensional.mu": (5.0, 6.0)}, objective="voltage_rms:high", points=3
     )

@@ -163,6 +163,18 @@ def test_the_error_of_the_computation_stays_apart():
     assert result.computed.value == hv.run(weak()).mean_power.value
 
 
+def test_a_device_with_a_stop_gives_less_than_computed():
+    """The median has the factor of the data file and the width its error; a linear device has neither."""
+    known = GIVEN | {"coupling": "measured", "gap": "given", "restitution": "given"}
+    result = hv.predict("examples/plate_with_stop.toml", known=known, samples=64)
+    model = priors.data()["model"]
+    assert (result.model_factor, result.model_sigma) == (model["stop_factor"], model["stop"])
+    assert result.power.median == pytest.approx(0.34 * result.computed.value, rel=0.05)
+    assert math.log(result.power.ratio) == pytest.approx(2.0 * 1.96 * 0.45, rel=0.05)
+    assert "predicted_stop" in {entry.code for entry in result.diagnostics}
+    assert hv.predict(weak(), samples=64).model_factor == 1.0
+
+
 def test_keys_in_other_forms_are_the_same_device():
     """Stiffness, damping and coupling replace frequency, q and the open-circuit frequency, and the power stays."""
     scene = hv.load("examples/plate.toml")
@@ -252,7 +264,7 @@ def test_known_alone_is_refused(command):
 
 
 def test_tolerance_accepts_a_prior(tmp_path):
-    """The spreads of the class, and one of the user beside them."""
+    """The spreads of the class, and one of the user next to them."""
     words = ["tolerance", "examples/plate.toml", "--prior", "bulk", "--vary", "load.resistance=5%"]
     done = CliRunner().invoke(cli, [*words, "--samples", "64", "--json"], catch_exceptions=False)
     assert done.exit_code == 0, done.output

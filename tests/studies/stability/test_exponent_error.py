@@ -15,7 +15,7 @@ def scene(**changes):
 
 @pytest.mark.parametrize("r", [0.96, 0.8, 0.5, 0.2, 0.1])
 def test_the_interval_holds_the_exact_value(r):
-    """With a scatter of 1e-7 and less the step alone made the error, which twice the step does not tell."""
+    """With a scatter of 1e-7 and less the step alone made the error, which twice the step does not report."""
     found = hv.stability(scene(restitution=r), **SHORT)
     assert abs(found.ensemble.value - found.noiseless) <= found.ensemble.known_error95 * (
         1.0 + 1e-9

@@ -1,4 +1,4 @@
-"""A sweep whose engines nobody named: the default one, formulas beside it, and a check at few points."""
+"""A sweep whose engines nobody named: the default one, formulas next to it, and a check at few points."""
 
 import dataclasses
 

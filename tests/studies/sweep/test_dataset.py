@@ -1,4 +1,4 @@
-"""The labelled dataset: every number where its labels say, with units, through a file and back."""
+"""The labelled dataset: every number where its labels state, with units, through a file and back."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""One error for one value: what `run` says of it is what a sweep and a comparison print, write and draw."""
+"""One error for one value: what `run` states of it is what a sweep and a comparison print, write and draw."""
 
 import csv
 import io
@@ -68,7 +68,7 @@ def test_terminal_and_notebook(power):
 
 
 def test_csv_pandas_and_json(power):
-    """The number is empty where a part is not known, and the part is named beside it."""
+    """The number is empty where a part is not known, and the part is named next to it."""
     found = table(power)
     row = next(csv.DictReader(io.StringIO(found.text())))
     assert (row["mean_power_error95"], row["mean_power_unknown"], row["mean_power_dof"]) == (

@@ -180,7 +180,7 @@ def test_one_sweep_a_folder(tmp_path, journal):
 
 
 def test_a_file_system_without_locks(tmp_path, monkeypatch):
-    """Where there are none, the journal works without them: two sweeps in one folder are then the user's to avoid."""
+    """If there are none, the journal works without them: two sweeps in one folder are then the user's to avoid."""
 
     def no_locks(*_):
         raise OSError(errno.ENOTSUP, "no locks")
@@ -196,7 +196,7 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch):
 @pytest.mark.parametrize("make", [os.mkdir, os.mkfifo])
 @pytest.mark.parametrize("name", [SWEEP.file, f"{SWEEP.file}-journal"])
 def test_no_file_in_its_place(tmp_path, name, make):
-    """A pipe too, which would be waited for without end."""
+    """A pipe as well, which would be waited for without end."""
     make(tmp_path / name)
     made = Journal(tmp_path)
     line = f"^`out` must take sweep.journal, but there is a {name} that is not a file: remove it$"

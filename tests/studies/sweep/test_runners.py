@@ -93,7 +93,7 @@ def children():
 
 @pytest.mark.thorough("test_tasks_are_whole_batches")
 def test_an_executor_that_is_handed_over_gives_the_same(expected):
-    """Any of concurrent.futures: here two processes that Python starts; one that has ended is said so."""
+    """Any of concurrent.futures: here two processes that Python starts; one that has ended is reported so."""
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as executor:
         assert bare(swept(PLATE, [LOADS], engines=ENGINES[:2], executor=executor)) == [
             row for row in expected if row.engine != "spice"

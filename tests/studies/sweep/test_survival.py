@@ -111,7 +111,7 @@ def program(*arguments, **options):
 
 
 def test_a_full_disk(tmp_path, harvester):
-    """No file may be larger than so many bytes: one line, whole rows; with room again the sweep goes on."""
+    """No file may be larger than so many bytes: one line, whole rows; with room again the sweep continues."""
 
     def little():
         resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))

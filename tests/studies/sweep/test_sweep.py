@@ -1,4 +1,4 @@
-"""Sweeps: axes, the table, points that fail, and going on after an interruption."""
+"""Sweeps: axes, the table, points that fail, and continuing after an interruption."""
 
 import csv
 import json
@@ -99,7 +99,7 @@ def rows(out):
 
 
 def test_table_and_provenance(tmp_path):
-    """Columns as the contract says, values as the engine gives them, and where they come from."""
+    """Columns as the contract states, values as the engine gives them, and where they come from."""
     told = []
     table = swept(
         PLATE, [LOADS], engines=[hv.Published()], out=tmp_path, progress=telling(told.append)
@@ -272,7 +272,7 @@ def test_refused_before_anything_is_written(tmp_path, axes, engines, line):
 
 @pytest.fixture
 def undrawn(monkeypatch):
-    """No figure: it takes .3 s."""
+    """No figure: it needs 0.3 s."""
     monkeypatch.setattr(plot, "save", lambda *_: None)
 
 
@@ -459,7 +459,7 @@ OTHER_TEXTS = pytest.mark.thorough("test_damaged_numbers_are_computed_anew")
     ],
 )
 def test_damaged_numbers_are_computed_anew(tmp_path, harvester, text):
-    """Whatever column of sweep.csv they stand in: they were an internal error, or would be kept."""
+    """Whatever column of sweep.csv they are in: they were an internal error, or would be kept."""
     asked = (
         "sweep",
         str(EXAMPLES / "plate.toml"),

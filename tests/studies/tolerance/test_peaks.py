@@ -16,7 +16,7 @@ HARMONIC = ROOT / "examples" / "plate_harmonic_stop.toml"
 
 
 def test_a_polynomial_through_noise_knows_its_error():
-    """A plane through noisy values of a plane, 200 times: its errors are as large as its leverage says."""
+    """A plane through noisy values of a plane, 200 times: its errors are as large as its leverage states."""
     rng = np.random.default_rng(3)
     z = []
     for _ in range(200):

@@ -1,4 +1,4 @@
-"""Shares of the variance against functions whose shares are known, and what a polynomial says of its own error."""
+"""Shares of the variance against functions whose shares are known, and what a polynomial states of its own error."""
 
 import math
 

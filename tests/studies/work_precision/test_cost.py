@@ -85,7 +85,7 @@ def test_ladder_is_the_exact_bias():
 
 @pytest.mark.parametrize(("h", "terms"), [(0.5, 2), (0.7, 1)])
 def test_ladder_leaves_out_what_is_unstable(h, terms):
-    """E_h grows as 1/(1 - h^2/4): by 25 % from h = .5 to 1, by 70 % from .7 to 1.4, without bound from 1 to 2."""
+    """E_h grows as 1/(1 - h^2/4): by 25 % from h = 0.5 to 1, by 70 % from 0.7 to 1.4, without bound from 1 to 2."""
     assert (
         len(
             richardson_ladder(
@@ -277,8 +277,8 @@ def spent():
 def measured(tmp_path_factory, spent):
     """The linear scene, measured for some seconds: folder, answer, what the progress was told.
 
-    For twice as long where the machine is so slow that there was time for one setting of each
-    engine only.
+    Twice as long if the machine is so slow that only one setting of each engine was measured, or
+    that ngspice was not paired with the cheap model.
     """
     for budget in (4.0, 8.0, 16.0, 32.0):
         folder = tmp_path_factory.mktemp("cost")
@@ -287,7 +287,7 @@ def measured(tmp_path_factory, spent):
         answer = cost(
             LINEAR, seed=5, budget=budget, execution=hv.Execution(out=folder, progress=progress)
         )
-        if len(answer.rows) > len(spent.rows):
+        if len(answer.rows) > len(spent.rows) and answer.reference == "spice":
             break
     return folder, answer, told
 
@@ -422,7 +422,7 @@ def test_budget_that_is_spent_leaves_one_setting_an_engine(spent):
 
 @pytest.fixture
 def measurement():
-    """One run of the ensemble, said to have taken 2 s."""
+    """One run of the ensemble, stated to have taken 2 s."""
     measurement = Measurement(Problem(LINEAR), budget=1e3)
     run = measurement.run(hv.Ensemble(trajectories=128, dt=0.1))
     measurement.runs[0] = dataclasses.replace(

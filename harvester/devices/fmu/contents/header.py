@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator
 
 from harvester.circuits.circuit_part import CircuitTables
-from harvester.circuits.substeps import AT, COUNTS, ROOMS
+from harvester.circuits.substeps import AT, COUNTS, LEVELS, ROOMS
 from harvester.devices.fmu.fixed_scales import Units
 from harvester.devices.fmu.parts import CompiledPart
 from harvester.devices.fmu.variables import Variable
@@ -37,6 +37,13 @@ NUMBERS = {
 } | {f"N_{unit.upper()}": unit for unit in Units._fields}
 
 
+# Places of the state that the program knows by name
+USED = (
+    *("X", "SPEED", "VOLTAGE", "STORE", "FOLLOWER", "TIME", "NOW", "PENDING"),
+    *("STEPS", "BEGUN", "HITS"),
+)
+
+
 def header(variables: list[Variable], part: CompiledPart, token: str, frequency: float) -> str:
     """The text of model.h; ``frequency`` is w0 (rad/s), whose inverse is the part's time."""
     lines = [f'#define TOKEN "{token}"', f"#define FREQUENCY {frequency!r}"]
@@ -48,7 +55,7 @@ def header(variables: list[Variable], part: CompiledPart, token: str, frequency:
     length = 0 if part.tables is None else len(part.tables.rest)
     lines += [f"#define STATE_SIZE {int(W.SIZE) + length}", f"#define OUT_SIZE {int(OUT.SIZE)}"]
     lines += [f"#define LOCATED {int(part.plan.located)}"]
-    for name in ("X", "SPEED", "VOLTAGE", "STORE", "FOLLOWER", "TIME", "NOW", "PENDING"):
+    for name in USED:
         lines.append(f"#define W_{name} {int(W[name])}")
     lines += [f"#define OUT_{name} {int(OUT[name])}" for name in ("IMPACTS", "IMPACT_TIME")]
     names = [variable.name for variable in variables]
@@ -88,6 +95,9 @@ def _tables(tables: CircuitTables | None) -> Iterator[str]:
         yield f"#define {name}_VOLTS {_c(volts)}"
         yield f"#define LOAD_AT_{name} {_c(tables.load.get(charge, 0.0))}"
     yield f"#define VOLTAGES_AT {numbers.voltages_at}"
+    yield f"#define SWITCHES_AT {int(tables.record['ns'] + tables.record['n'])}"
+    yield f"#define SWITCHES {int(tables.record['switches'])}"
+    yield f"#define LEVELS {LEVELS}"
     for name, array in (*tables.arrays.items(), ("rest", tables.rest)):
         rows = ",\n    ".join(map(_c, [*array.ravel(), 0.0]))
         yield f"static const double of_{name}[] = {{\n    {rows}}};"

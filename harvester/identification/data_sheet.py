@@ -1,0 +1,294 @@
+"""Single numbers of a data sheet in a fit: resonances, capacitance, quality, voltage and power.
+
+Each is a channel of one point: its logarithm is normal about that of the device, with the error of
+the meter and of the model of a linear device (`harvester.studies.prediction.evidence`), or with the
+spread of a data sheet (`harvester.studies.prediction.priors`).  If nothing determines the damping,
+its prior is one point more, about the median of the class.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from harvester.arrays import Floats
+from harvester.errors import InputError, reading, unknown
+from harvester.identification import quantities
+from harvester.identification.fit import Channel, DeviceFit, by_name, logs
+from harvester.identification.measurement import StatedNumber
+from harvester.linear.single_points import LOADED, OPEN, DataSheetPoint, LinearDevice, read_point
+from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.quantities.kinds import CAPACITANCE, FREQUENCY, QUALITY
+from harvester.studies.prediction import priors
+from harvester.studies.prediction.evidence import METER, MODEL_SHARE, RESONANCE
+
+KINDS = {"frequency": FREQUENCY, RESONANCE: FREQUENCY, "capacitance": CAPACITANCE, "q": QUALITY}
+NAMES = (*KINDS, OPEN, LOADED)
+# The spread of a number of a data sheet, by the quantity of the priors.
+SPREAD = {"capacitance": "capacitance", "q": "damping"}
+PRIOR = "prior of the damping"
+WIDE = 3.0  # half-width of the logarithm of a number that neither points nor priors determine
+FAR = 3.0  # standard deviations from which a point is doubted
+IMPOSSIBLE = 5.0  # and from which no device has it
+USUAL_PSI = 1e4  # V/m
+BETAS = (1e-4, 1e-3, 0.01, 0.05, 0.2, 0.8)  # to begin from
+MOST_COUPLED = 10.0  # theta^2/(K Cp)
+AS_GOOD = 4.0  # a sum of squares so much above the least is a second answer
+ANOTHER = 0.2  # between the logarithms of the couplings of two answers
+
+
+@dataclass(frozen=True)
+class DataSheet:
+    """The numbers of a data sheet, and the prior that a damping of the class has."""
+
+    numbers: tuple[StatedNumber, ...]
+    points: Mapping[str, DataSheetPoint]
+    prior: StatedNumber
+
+    def value(self, name: str) -> float | None:
+        """A stated number; None if the data sheet has none."""
+        return next((number.value for number in self.numbers if number.name == name), None)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The names of its numbers."""
+        return frozenset(number.name for number in self.numbers)
+
+
+def read_sheet(points: Mapping[str, str], device_class: str) -> DataSheet:
+    """The data sheet from texts.
+
+    Raises InputError for another name or form, and for a class that is not known.
+    """
+    priors.check_class(device_class)
+    model = float(priors.data()["model"]["linear"])
+    read: dict[str, DataSheetPoint] = {}
+    numbers = []
+    for name, text in points.items():
+        if name not in NAMES:
+            raise unknown("point of `points`", name, NAMES)
+        if name in KINDS:
+            value = float(reading(f"`{name}`", KINDS[name].read, text))
+        else:
+            read[name] = read_point(name, text)
+            value = read[name].value
+        if name in SPREAD:
+            sigma = _prior(SPREAD[name], "datasheet", device_class).sigma or 0.0
+        else:
+            sigma = math.hypot(
+                METER.get(name, METER[RESONANCE]), MODEL_SHARE.get(name, 0.0) * model
+            )
+        numbers.append(StatedNumber(name, value, sigma))
+    unknown_damping = _prior("damping", "unknown", device_class)
+    assert unknown_damping.median is not None, "the data file has the median of an unknown damping"
+    damping = StatedNumber(PRIOR, 0.5 / unknown_damping.median, unknown_damping.sigma or 0.0)
+    return DataSheet(tuple(numbers), read, damping)
+
+
+def _prior(quantity: str, origin: str, device_class: str) -> priors.Prior:
+    """A prior that every class has."""
+    prior = priors.prior_of(quantity, origin, device_class)
+    assert prior is not None, "the data file has it for any class"
+    return prior
+
+
+def fitted_names(
+    sheet: DataSheet, of_files: Sequence[str], known: Mapping[str, float]
+) -> tuple[str, ...]:
+    """The parameters that files, points and priors determine together, without the known ones.
+
+    Raises InputError, with the missing numbers, if they do not determine the device.
+    """
+    _refuse_twice(sheet, known)
+    _refuse_missing(sheet, {*of_files, *known})
+    sought = [name for name in ("beta", "psi") if name not in of_files]
+    if "mass" in known and "psi" in sought:
+        sought.remove("psi")
+    pair = RESONANCE in sheet.names and not {"frequency"}.isdisjoint({*of_files, *sheet.names})
+    if len(sought) > len(sheet.points) + pair:
+        mass = "" if "mass" in known else "give the mass in `known`, or "
+        raise InputError(
+            f"points must determine the {' and '.join(WORDS[name] for name in sought)}, but with "
+            f"{_given(sheet.names)} they do not: {mass}add one of `frequency` with "
+            f"`{RESONANCE}`, `{OPEN}`, `{LOADED}`"
+        )
+    names = dict.fromkeys([*of_files, "frequency", "quality", "capacitance", *sought])
+    return tuple(name for name in names if name not in known)
+
+
+def _refuse_twice(sheet: DataSheet, known: Mapping[str, float]) -> None:
+    """InputError for a number that is known and stated, and for resonances in a wrong order."""
+    for name, parameter in (("capacitance", "capacitance"), ("q", "quality")):
+        if name in sheet.names and parameter in known:
+            raise InputError(f"`{name}` must be given once, but `known` has it as well")
+    short = sheet.value("frequency")
+    opened = sheet.value(RESONANCE)
+    if short and opened and opened <= short:
+        raise InputError(
+            f"`{RESONANCE}` must be above `frequency`, which is that of a short circuit, "
+            f"{short:g} Hz, but is {opened:g} Hz"
+        )
+
+
+def _refuse_missing(sheet: DataSheet, others: set[str]) -> None:
+    """InputError if neither the data sheet nor ``others`` have a frequency or a capacitance."""
+    have = others | sheet.names
+    first = next(name for name in NAMES if name in sheet.names)
+    if have.isdisjoint({"frequency", RESONANCE}):
+        raise InputError(
+            f"`frequency` or `{RESONANCE}` must be given with `{first}`, but is left out"
+        )
+    if "capacitance" not in have:
+        raise InputError(f"`capacitance` must be given with `{first}`, but is left out")
+
+
+WORDS = {"beta": "coupling", "psi": "mass"}
+
+
+def _given(names: frozenset[str]) -> str:
+    """The points by their names."""
+    return ", ".join(f"`{name}`" for name in NAMES if name in names)
+
+
+def channels(
+    sheet: DataSheet, of_files: Sequence[str], known: Mapping[str, float]
+) -> tuple[Channel, ...]:
+    """A channel for each number, and for the prior of the damping if nothing else determines it."""
+    numbers = list(sheet.numbers)
+    if has_prior(sheet, of_files, known):
+        numbers.append(sheet.prior)
+    return tuple(_channel(number, sheet.points.get(number.name)) for number in numbers)
+
+
+def has_prior(sheet: DataSheet, of_files: Sequence[str], known: Mapping[str, float]) -> bool:
+    """Whether the prior of the damping is in the fit."""
+    return "quality" not in {*of_files, *known} and "q" not in sheet.names
+
+
+def _channel(number: StatedNumber, point: DataSheetPoint | None) -> Channel:
+    """A channel of one point."""
+
+    def model(values: dict[str, float], _: Floats) -> Floats:
+        return np.array([math.log(max(_of(number.name, point, values), 1e-300))])
+
+    return Channel(
+        source=number,
+        name="number",
+        x=np.zeros(1),
+        values=np.array([math.log(number.value)]),
+        model=model,
+        given_noise=number.sigma,
+    )
+
+
+def _of(name: str, point: DataSheetPoint | None, values: dict[str, float]) -> float:
+    """The number that a device with these parameters has."""
+    if point is not None:
+        return point.of(linear_device(values))
+    if name == RESONANCE:
+        return values["frequency"] * math.sqrt(1.0 + values["beta"])
+    return values["quality" if name in ("q", PRIOR) else name]
+
+
+def linear_device(values: dict[str, float]) -> LinearDevice:
+    """The device in SI units of a fit's parameters."""
+    return LinearDevice(
+        mass=quantities.mass(values),
+        frequency=2.0 * math.pi * values["frequency"],
+        q=values["quality"],
+        capacitance=values["capacitance"],
+        coupling=quantities.coupling(values),
+    )
+
+
+def starts(
+    sheet: DataSheet,
+    names: Sequence[str],
+    of_files: Sequence[Mapping[str, float]],
+    known: Mapping[str, float],
+) -> list[dict[str, float]]:
+    """Values to begin from: those of the files, and of several couplings if no file has one."""
+    begins = []
+    for base in of_files or [{}]:
+        for beta in [base["beta"]] if "beta" in base else _betas(sheet):
+            values = _stated(sheet, beta) | {**base, **known}
+            if "mass" not in known and "psi" in names and "psi" not in base:
+                values["psi"] = _psi(sheet, values)
+            begins.append({name: values[name] for name in names})
+    return begins
+
+
+def _betas(sheet: DataSheet) -> list[float]:
+    """Couplings theta^2/(K C): that of two resonances, and usual ones."""
+    short = sheet.value("frequency")
+    opened = sheet.value(RESONANCE)
+    pair = [(opened / short) ** 2 - 1.0] if short and opened else []
+    return [*pair, *BETAS]
+
+
+def _stated(sheet: DataSheet, beta: float) -> dict[str, float]:
+    """The parameters that the data sheet states, for a coupling; psi is 1 V/m."""
+    values = {"beta": beta, "psi": 1.0, "quality": sheet.value("q") or sheet.prior.value}
+    if capacitance := sheet.value("capacitance"):
+        values["capacitance"] = capacitance
+    opened = sheet.value(RESONANCE) or 0.0
+    values["frequency"] = sheet.value("frequency") or opened / math.sqrt(1.0 + beta)
+    return values
+
+
+def _psi(sheet: DataSheet, values: dict[str, float]) -> float:
+    """The voltage per metre of the first point: voltages and roots of powers are proportional to it."""
+    point = next(iter(sheet.points.values()), None)
+    if point is None:
+        return USUAL_PSI
+    ratio = point.value / point.of(linear_device(values))
+    return ratio if point.name == OPEN else math.sqrt(ratio)
+
+
+def remarks(
+    sheet: DataSheet, best: DeviceFit, begins: Sequence[dict[str, float]], of_files: Sequence[str]
+) -> list[Diagnostic]:
+    """The prior that was used, points that are far off, and another coupling with the same points.
+
+    Raises InputError for a point that no device has.
+    """
+    notes = []
+    if has_prior(sheet, of_files, best.fixed):
+        prior = sheet.prior
+        notes.append(note("damping_has_a_prior", quality=prior.value, spread=prior.sigma))
+    values = best.values()
+    for channel in best.channels:
+        if channel.given_noise is None:
+            continue
+        name = channel.source.name
+        off = abs(float(channel.residuals(values, np.ones(1))[0])) / channel.given_noise
+        if off > IMPOSSIBLE:
+            about = name if name in NAMES else "points"
+            raise InputError(
+                f"`{about}` must be possible for one linear device with all these numbers, but the "
+                f"nearest one misses the {name.replace('_', ' ')} by {off:.2g} standard "
+                "deviations: check peak or RMS, and the acceleration"
+            )
+        if off > FAR:
+            notes.append(warning("point_is_far_off", point=name, deviations=off))
+    if not of_files and (other := _other_coupling(best, begins)) is not None:
+        notes.append(warning("points_have_two_answers", value=other, unit="N/V"))
+    return notes
+
+
+def _other_coupling(best: DeviceFit, begins: Sequence[dict[str, float]]) -> float | None:
+    """The coupling (N/V) of a second minimum that is nearly as good; None if there is none."""
+    from scipy.optimize import least_squares
+
+    least = float(np.sum(best.weighted(best.p) ** 2))
+    first = math.log(quantities.coupling(best.values()))
+    for begin in begins:
+        end = least_squares(best.weighted, logs(best.names, begin), x_scale="jac", max_nfev=60)
+        values = by_name(best.names, end.x, best.fixed)
+        if 2.0 * end.cost > least + AS_GOOD or values["beta"] > MOST_COUPLED:
+            continue
+        coupling = quantities.coupling(values)
+        if abs(math.log(coupling) - first) > ANOTHER:
+            return coupling
+    return None
