@@ -97,7 +97,7 @@ def _response_curves(answers: Sequence[FrequencyResponse], title: str | None, pe
     curves = [one_curve for answer in answers for one_curve in _curves(answer, answers)]
     units = answers[0].unit_names
     points = [p for one_curve in curves for p in one_curve.points]
-    frequency = "drive frequency" if units.frequency else "drive frequency Ω"
+    frequency = "excitation frequency" if units.frequency else "excitation frequency Ω"
     hertz = scale(frequency, units.frequency, [p.frequency for p in points])
     sizes = _size_panels(points, units, per_g)
     turned = any(p.voltage_phase is not None for p in points)
@@ -113,7 +113,7 @@ def _response_curves(answers: Sequence[FrequencyResponse], title: str | None, pe
         if turned:
             _phases(all_panels[len(sizes)], curves, hertz.factor, bool(units.frequency))
         _close(all_panels, panels, columns, broken(hertz.label, 30))
-        entitle(figure, title, "Mean power against the drive frequency")
+        entitle(figure, title, "Mean power against the excitation frequency")
         legend(figure, _note(curves, len(answers)))
         write_labels(all_panels[0], [_peak(one_curve, hertz.factor) for one_curve in alone])
     return figure

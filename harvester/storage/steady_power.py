@@ -39,7 +39,7 @@ from harvester.storage.checked_mean import (
     settled_part,
     settled_path,
 )
-from harvester.storage.held_in_ngspice import error_of_circuit
+from harvester.storage.held_in_ngspice import error_of_circuit, seconds_of_judging
 from harvester.storage.measured_current import measured, time_constant
 from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
@@ -68,16 +68,22 @@ def steady_power(
     direct = _direct(problem, DIRECT * unit)
     took = time.perf_counter() - begin
     pace = None
+    judging = 0.0
     if deadline is not None:
         first = min(first_duration(circuit, table, unit), MOST * h)
-        pace = SlowPace.of(circuit, table, first, h, deadline)
+        judging = seconds_of_judging(problem, deadline)
+        pace = SlowPace.of(circuit, table, first, h, deadline - judging)
         coarser = pace.coarser(first)
         if coarser > COARSEST:
             return None
         h *= coarser
 
     path, duration, changed = settled_path(circuit, table, h, unit, pace)
-    judge, unknown = error_of_circuit(problem, float(path.rails.max()))
+    judge, unknown = error_of_circuit(
+        problem,
+        float(path.rails.max()),
+        deadline=None if pace is None else time.perf_counter() + judging,
+    )
     checks = {
         "step": Check(rough, "bias"),
         "voltages": Check(table.halved(), "model"),

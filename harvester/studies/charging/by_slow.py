@@ -34,8 +34,8 @@ RUNS = 512  # direct ones under noise
 SLOW_FROM = 30.0  # time constants of the mass: a charge that takes less is not slow
 DIRECT = 25.0  # time constants of the mass of the direct run, at most
 AT_REST = 200  # steps of a mass at rest, in which the board's own draw is measured
-# times the piezo's capacitance: a store that is charged slowly without being asked for
 MOST_BESIDE = 0.1  # charge of other capacitors per charge of the store, unknown under noise
+# times the piezo's capacitance: a store that is charged slowly without being asked for
 LARGE = 1000.0
 
 
