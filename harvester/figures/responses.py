@@ -1,4 +1,4 @@
-"""The figure of frequency responses: power, voltage, displacement and phases against the frequency."""
+"""The figure of frequency responses: power, voltage, displacement and phases."""
 
 import math
 from collections.abc import Sequence
