@@ -2,10 +2,11 @@
 
     python benchmarks/unseen_tilts.py          # into benchmarks/predicted.csv
 
-BistableX has runs with a base that is tilted by 10, 25 and 45 degrees (base_rotation_phi).  Gravity then bends the
-beam: m g sin(phi) is added to the force of the two wells, by the same share of the mode as the shaking.  Taken from those
-runs: the amplitude of the base's acceleration (channel 1).  Open: whether the shaking is along the beam's motion or at
-the angle of the tilt to it, the well of the start, and all that D8 leaves open.
+BistableX has runs with a base that is tilted by 10, 25 and 45 degrees (base_rotation_phi).  Gravity
+then bends the beam: m g sin(phi) is added to the force of the two wells, by the same share of the
+mode as the shaking.  Taken from those runs: the amplitude of the base's acceleration (channel 1).
+Open: whether the shaking is along the beam's motion or at the angle of the tilt to it, the well of
+the start, and all that D8 leaves open.
 """
 
 import dataclasses

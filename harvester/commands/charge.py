@@ -58,7 +58,7 @@ from harvester.commands.study import Output, output_options, study_command
 @output_options("Folder for charge.csv, levels.csv, charge.png and provenance.json.")
 def charge(output: Output, **options: Any) -> None:
     """Charge SCENE's storage capacitor from empty to a target voltage: mean time, spread and charging power."""
-    from harvester.commands.progress import Bar
+    from harvester.machine.bars import Bar
     from harvester.studies.charging.charge import charge as charge_of
 
     scene = output.scene

@@ -22,7 +22,7 @@ from harvester.commands.study import Output, output_options, study_command
 @output_options("Folder for cost.csv, cost.png and provenance.json.")
 def cost(output: Output, seed: int, budget: float) -> None:
     """The cost of accuracy: seconds and errors of every engine that supports SCENE, at many settings."""
-    from harvester.commands.progress import Bar
+    from harvester.machine.bars import Bar
     from harvester.studies.work_precision import cost as study
 
     scene = output.scene

@@ -59,7 +59,7 @@ from harvester.commands.study import Output, study_command
 )
 def design(output: Output, circuits: str | None, chips: str | None, **options: Any) -> None:
     """Choose the circuit, inductor or chip, and capacitor that meet a power requirement, and estimate the yield."""
-    from harvester.commands.progress import Bar
+    from harvester.machine.bars import Bar
     from harvester.report.result import of_result
     from harvester.studies.design.decision import design as study
 

@@ -35,8 +35,8 @@ from harvester.commands.study import Output, output_options, study_command
 @cloup.option_group("Accuracy", seed_option)
 def motion(output: Output, engine: str | None, probe: tuple[str, ...], **options: Any) -> None:
     """One trajectory of SCENE: displacement, voltage and probes over time, phase plane, probability density."""
-    from harvester.commands.progress import Bar
     from harvester.engines.selection import default_sampler
+    from harvester.machine.bars import Bar
     from harvester.studies.motion import motion as motion_of
 
     scene = output.scene

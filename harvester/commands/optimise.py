@@ -71,10 +71,10 @@ def optimise(
     --within (default 1%) is the power error at the optimum, --budget (default 60s) the time
     for the search; if circuits are compared, for each of them.
     """
-    from harvester.commands.progress import Bar
     from harvester.engines import selection
     from harvester.engines.cheapest import formula
     from harvester.equations.problem import Problem
+    from harvester.machine.bars import Bar
     from harvester.studies.optimum import optimise as study
     from harvester.studies.optimum.ranges import varied
 

@@ -23,7 +23,7 @@ def paper(
     as_json: bool,
 ) -> None:
     """Figures 1 to 9 of the Entropy 2026 paper (default: all): its theory, ours and Monte Carlo, data and plots."""
-    from harvester.commands.progress import Bar
+    from harvester.machine.bars import Bar
     from harvester.machine.execution import Execution
     from harvester.studies import paper as study
 

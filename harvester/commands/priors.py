@@ -55,7 +55,7 @@ def prediction_of(
     points: Sequence[str] = (),
 ) -> "Prediction":
     """The prediction of a real device whose power was ``computed`` as the scene is written."""
-    from harvester.commands.progress import Bar
+    from harvester.machine.bars import Bar
     from harvester.machine.execution import Execution
     from harvester.studies.prediction.predict import predict
     from harvester.studies.prediction.priors import DEFAULT_CLASS

@@ -66,8 +66,8 @@ def response(
     The frequency is swept up and then down; for a linear mass, engine spice starts every frequency
     from rest instead.
     """
-    from harvester.commands.progress import RowsBar
     from harvester.equations.problem import Problem
+    from harvester.machine.bars import RowsBar
     from harvester.studies.frequency_response import response as study
     from harvester.studies.frequency_response.driven import HarmonicDrive
     from harvester.studies.frequency_response.engines import engines_of

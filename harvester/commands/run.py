@@ -55,8 +55,8 @@ SHARE, SHORT = 0.3, 5.0
     cloup.option(
         "--sensitivity",
         is_flag=True,
-        help="Also report the sensitivity of the power to every scene key (engine density) or netlist element "
-        "(engine compiled).",
+        help="Also report the sensitivity of the power to every scene key (engine exact or density) or netlist "
+        "element (engine slow or compiled).",
     ),
 )
 @cloup.option_group(
@@ -85,8 +85,8 @@ def run(
     **options: Any,
 ) -> None:
     """Mean power and mean square voltage of one SCENE by one engine."""
-    from harvester.commands.progress import Bar
     from harvester.engines import selection
+    from harvester.machine.bars import Bar
 
     scene = output.scene
     check_alone(predict, prior, known, points)

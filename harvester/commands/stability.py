@@ -24,7 +24,7 @@ from harvester.commands.study import Output, output_options, study_command
 )
 def stability(output: Output, seed: int, trajectories: int) -> None:
     """Top Lyapunov exponent of SCENE at rest: published, averaged and by Monte Carlo."""
-    from harvester.commands.progress import Bar
+    from harvester.machine.bars import Bar
     from harvester.studies.stability import exponent
 
     scene = output.scene

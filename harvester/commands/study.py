@@ -148,7 +148,7 @@ def _command(study: Study) -> Command:
     """The command of one study: its options are the keywords of its function."""
 
     def compute(output: Output, **options: Any) -> None:
-        from harvester.commands.progress import Bar
+        from harvester.machine.bars import Bar
         from harvester.report.result import of_result
 
         function = study.run()

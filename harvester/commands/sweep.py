@@ -71,9 +71,9 @@ def sweep(
     **options: Any,
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
-    from harvester.commands.progress import EFFORT, RowsBar
     from harvester.engines import selection
     from harvester.equations.problem import Problem
+    from harvester.machine.bars import EFFORT, RowsBar
     from harvester.presentation.sheet import sheet
     from harvester.studies.sweep.cluster import client_of
     from harvester.studies.sweep.compute import compute_table

@@ -115,7 +115,7 @@ def tolerance(
     **options: Any,
 ) -> None:
     """Scatter of power and voltage over manufactured devices: quantiles, yield, and the influence of each part."""
-    from harvester.commands.progress import Bar
+    from harvester.machine.bars import Bar
     from harvester.studies.sweep.cluster import client_of
     from harvester.studies.tolerance.tolerance import tolerance as study
 

@@ -167,9 +167,8 @@ class Cheapest(MonteCarloOptions, Engine):
         names = {field.name for field in dataclasses.fields(kind)}
         given = {name: value for name, value in vars(self).items() if name in names}
         budget = None if math.isinf(left) else max(round(left, 1), SHORTEST)
-        if gives_up:
-            kind = type(kind.__name__, (kind,), {"GIVES_UP": True})
-        return kind(**{**given, "budget": budget})
+        engine = kind(**{**given, "budget": budget})
+        return engine.giving_up() if gives_up else engine
 
     def _unaveraged(self, problem: Problem, progress: Progress | None) -> Estimate:
         """The answer of `Density` if sampling would be far longer, else of `Ensemble`."""

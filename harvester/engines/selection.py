@@ -25,7 +25,8 @@ from harvester.errors import (
     UnknownArgumentError,
     unknown,
 )
-from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.machine.automatic import reporting
+from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.presentation.engine_look import LOOKS
 
 Named: TypeAlias = Engine | str  # an engine, or the name of one
@@ -57,7 +58,7 @@ def run(  # type: ignore[overload-overlap]  # a text is the path of one file
     scene: AnyScene,
     engine: Named | None = ...,
     *,
-    progress: Progress | None = ...,
+    progress: Progress | bool | None = ...,
     **options: Unpack[EngineOptions],
 ) -> Estimate: ...
 
@@ -67,7 +68,7 @@ def run(
     scene: Sequence[AnyScene],
     engine: Named | None = ...,
     *,
-    progress: Progress | None = ...,
+    progress: Progress | bool | None = ...,
     **options: Unpack[EngineOptions],
 ) -> list[Estimate]: ...
 
@@ -76,7 +77,7 @@ def run(
     scene: AnyScene | Sequence[AnyScene],
     engine: Named | None = None,
     *,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     **options: Unpack[EngineOptions],
 ) -> Estimate | list[Estimate]:
     """Compute the stationary mean power and mean square voltage of a scene.
@@ -89,8 +90,9 @@ def run(
         Name such as "spice", or an engine object such as ``hv.Spice(within="1%")``. Default: with
         ``within`` the cheapest engine that reaches it; otherwise `Exact` if it supports the scene,
         `Slow` for a chip behind a rectifier, `Spice` for other netlists, and `Ensemble`.
-    progress : callable, optional
-        Called with the completed fraction, from 0 to 1.
+    progress : callable or bool, optional
+        Called with the completed fraction, from 0 to 1.  By default a bar on a terminal or in a
+        notebook, if the computation lasts longer than a second; False: none.
     options
         Options of the engine, by keyword; listed below.
 
@@ -149,18 +151,20 @@ def run(
     ['0.00274', '0.00323', '0.00280']
     """
     if isinstance(scene, Sequence) and not isinstance(scene, str):
-        return _run_all(scene, engine, progress, options)
+        with reporting(progress, "run") as report:
+            return _run_all(scene, engine, report, options)
     problem = Problem.of(scene)
     chosen = default_engine(problem, **options) if engine is None else engine
     (made,) = engines([chosen], **options)
-    return answer_of(made, problem, progress)
+    with reporting(progress, made.NAME) as report:
+        return answer_of(made, problem, report)
 
 
 def sooner(chosen: Engine, scene: AnyScene) -> tuple[str, ...]:
     """The engine that answers sooner than ngspice with the same circuit; () for none."""
     if not isinstance(chosen, Spice) or chosen.probe or chosen.ledger:
         return ()
-    return (Slow.NAME,) if Slow.refusal(Problem.of(scene)) is None else ()
+    return (Slow.NAME,) if is_slow(Problem.of(scene)) else ()
 
 
 def answer_of(chosen: Engine, scene: AnyScene, progress: Progress | None = None) -> Estimate:
@@ -171,9 +175,8 @@ def answer_of(chosen: Engine, scene: AnyScene, progress: Progress | None = None)
     except OutOfTimeError as error:
         if not names:
             raise
-        raise OutOfTimeError(
-            f"{error}; engine {names[0]!r} supports this scene and needs seconds"
-        ) from None
+        late = refusal("late_where_slow_serves", why=str(error), other=names[0])
+        raise OutOfTimeError(str(late)) from None
     remarks = (note("slow_serves", other=name) for name in names)
     return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, *remarks))
 

@@ -81,7 +81,7 @@ class SizePanel:
 def response(
     answer: FrequencyResponse | FrequencyResponses, title: str | None, per_g: bool = False
 ) -> Plot:
-    """Draw power, RMS voltage, RMS displacement and phases, with a bar for each half-power bandwidth of one response.
+    """Draw power, voltage, displacement and phases; one response has its half-power bandwidths.
 
     Up and down are one curve if they cannot be distinguished.  Several responses differ in
     colour; for many values of one key the power is drawn as a map (`response_maps`).  ``per_g``:
@@ -172,7 +172,7 @@ def _curves(
 def _among_others(
     engine: str, values: Sequence[str], number: int, engines: bool, direction: str
 ) -> dict[str, Any]:
-    """The look of one of several responses: its colour by the value or the engine, its marker by the engine."""
+    """The look of one of several responses: colour by value or engine, marker by engine."""
     words = [values[number]] if len(values) > 1 else []
     words += ([engine] if engines else []) + ([direction] if direction else [])
     engine_look = look_of(engine)
@@ -234,7 +234,7 @@ def _unwrapped(phases: Sequence[float | None]) -> Floats:
 
 
 def _bandwidths(top: Axes, curves: Sequence[DirectedResponse], hertz: float) -> None:
-    """Draw each half-power bandwidth that is within its sweep as a wide pale bar at half the largest power."""
+    """Draw each half-power bandwidth within its sweep as a pale bar at half the largest power."""
     label = "half-power bandwidth"
     for one_curve in curves:
         answer = one_curve.answer
@@ -280,7 +280,7 @@ def _alike(answer: FrequencyResponse, name: str) -> bool:
 
 
 def _note(curves: Sequence[DirectedResponse], several: int) -> str:
-    """The meaning of the error bars; their size if they are too small to be seen; which curves are not drawn."""
+    """The meaning of the error bars, or their size if it is small; which curves are not drawn."""
     powers: list[Value] = [p.mean_power for one_curve in curves for p in one_curve.points]
     error = max(v.known_error95 for v in powers)
     largest = max(abs(v.value) for v in powers)

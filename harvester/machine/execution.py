@@ -9,6 +9,7 @@ from typing import Any
 
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine import files
+from harvester.machine.automatic import AUTOMATIC
 from harvester.machine.progress import NO_PROGRESS, Progress
 
 MOST_WORKERS = 1000
@@ -32,9 +33,10 @@ class Execution:
         the folder for the files of the study; without it nothing is written.
     formats : sequence of str
         forms of its figures in addition to .png: "svg", "pdf".
-    progress : Progress
+    progress : Progress or bool, optional
         is reported how far the study is: an object with the methods ``start()``, ``step(fraction,
-        what)`` and ``close()``.
+        what)`` and ``close()``.  By default a bar on a terminal or in a notebook, if the study
+        lasts longer than a second; False: none.
 
     Examples
     --------
@@ -54,7 +56,7 @@ class Execution:
     resume: bool = False
     out: str | Path | None = None
     formats: Sequence[str] = ()
-    progress: Progress = NO_PROGRESS
+    progress: Progress | Any = AUTOMATIC
 
     def __post_init__(self) -> None:
         if self.workers is not None and not 1 <= self.workers <= MOST_WORKERS:
@@ -63,6 +65,8 @@ class Execution:
             raise InputError(
                 "`workers` must be left out if an `executor` is given, but both are given"
             )
+        if isinstance(self.progress, bool):
+            object.__setattr__(self, "progress", AUTOMATIC if self.progress else NO_PROGRESS)
         files.check_vector(self.formats, "formats")
         for name in ("resume", "formats"):
             if getattr(self, name) and self.out is None:
@@ -73,7 +77,10 @@ class Execution:
     def only(self, study: str, *names: str) -> None:
         """Raise InputError for anything given that would have no effect on a study with these options."""
         for field in dataclasses.fields(self):
-            if field.name not in names and getattr(self, field.name) != field.default:
+            if field.name not in names and getattr(self, field.name) not in (
+                field.default,
+                NO_PROGRESS,
+            ):
                 takes = ", ".join(f"`{name}`" for name in names)
                 raise InputError(
                     f"the execution of {study} must have only {takes}, but has `{field.name}`"

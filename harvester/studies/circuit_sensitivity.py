@@ -11,15 +11,13 @@ from harvester.engines.compiled import Compiled
 from harvester.engines.power_slopes import quantities, value_of
 from harvester.engines.sampling import LEAST_SHARE
 from harvester.equations.problem import Problem
-from harvester.errors import InputError
 from harvester.mechanics.kernels.moments import Moments
 from harvester.storage.held_stores import enough_runs
+from harvester.studies.power_differences import largest_change
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.paired_difference import difference95
 from harvester.uncertainty.value import Value, mean_and_error
 
-# of a key, up and down: by less where it could not be so large, and not below
-CHANGE, LEAST = 0.05, 1e-3
 TRAJECTORIES, FEW = 128, 32  # of an ensemble; at least, where a budget has no time for so many
 MEAN = 0.2  # of the budget that a burn-in leaves, for the mean power at most
 ROOT = np.random.SeedSequence(11)
@@ -76,7 +74,7 @@ def elasticities(
     known = [
         (key, value, change)
         for key, value in keys_with_elements(problem)
-        if (change := _largest_change(problem, key, value))
+        if (change := largest_change(problem, key, value))
     ]
     part = max(deadline - time.monotonic(), 0.0) / (len(known) * seconds)  # of what all keys take
     count = round(min(max(part, few / most), 1.0) * most / few) * few
@@ -107,19 +105,6 @@ def elasticities(
     left = [key for key, *_ in known if key not in by_key]
     mean_power = Value(mean, stderr, dof=len(entries) - 1.0, unknown=Compiled.UNKNOWN)
     return mean_power.scaled(watts), by_key, left, len(left) * seconds
-
-
-def _largest_change(problem: Problem, key: str, value: float) -> float:
-    """The part of its value by which a key can be larger, at most `CHANGE`; 0 if it cannot."""
-    change = CHANGE
-    while change > LEAST:
-        try:
-            problem.scene.vary(key, (1.0 + change) * value)
-        except InputError:
-            change *= 0.5
-        else:
-            return change
-    return 0.0
 
 
 def _logarithm(moments: Moments, watts: float) -> tuple[Moments, Floats]:

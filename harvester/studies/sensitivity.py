@@ -1,26 +1,36 @@
 """How much the mean power changes with every key of the scene: elasticities, from the adjoint of the density.
 
-For a netlist they come from its compiled circuit (`harvester.studies.circuit_sensitivity`).
+A scene whose power is a formula has differences of it (`harvester.studies.power_differences`), a
+netlist with a store or a chip behind the rectifier those of its slow circuit, and for another
+netlist they come from its compiled circuit
+(`harvester.studies.circuit_sensitivity`).
 """
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 from harvester.engines.compiled import Compiled
 from harvester.engines.density import Density
+from harvester.engines.exact import Exact
 from harvester.engines.options import number
 from harvester.engines.power_slopes import quantities, value_of
 from harvester.engines.protocol import AnyScene, served
+from harvester.engines.slow import Slow
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
+from harvester.machine.automatic import reporting
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
+from harvester.studies.power_differences import PowerDifferences, by_differences
 from harvester.uncertainty.value import Value
 
 DEFAULT_WITHIN = 1e-6  # the relative error of E[V^2] that is aimed at
+BY_FORMULA = 0.01  # relative change of a key whose power is a formula
+JUDGED = 0.5  # of a budget: for the power of a slow circuit with its error
 
 
 class Sensitivity(TableResult):
@@ -85,26 +95,28 @@ def sensitivity(
     *,
     within: float | None = None,
     budget: float | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
 ) -> Sensitivity:
     """The elasticity of the mean power in every key of the scene that is a quantity other than 0.
 
-    All come from one solution for the density and one of its adjoint equations, whatever the number of keys.  With a
-    netlist two ensembles of its compiled circuit a key, on the same noise, also show the effect of
-    its elements.
+    For a linear scene they are differences of engine `Exact`, otherwise all come from one solution
+    for the density and one of its adjoint equations.  With a netlist they include its elements: with
+    a store or a chip behind the rectifier by engine `Slow`, with a step error and an unknown model
+    error, otherwise by two ensembles of the compiled circuit per key on the same noise.
 
     Parameters
     ----------
     scene : Scene or path
-        a `Scene` that engine `Density` supports, or `Compiled` if it has a netlist; or the path of
-        a scene file.
+        a `Scene` that engine `Exact` or `Density` supports, `Slow` or `Compiled` if it has a
+        netlist; or the path of a scene file.
     within : float, optional
         the relative power error that is aimed at, such as 0.01; None: 1e-6, of coloured noise 1e-3.
         Not with a netlist.
     budget : float, optional
         seconds of computing.  With a netlist, the keys that are left then are named in a warning.
-    progress : callable, optional
-        is called with the fraction done.
+    progress : callable or bool, optional
+        is called with the fraction done; by default a bar on a terminal or in a notebook, False:
+        none.
 
     Returns
     -------
@@ -127,6 +139,17 @@ def sensitivity(
     ('nondimensional.restitution', 1.0)
     """
     problem = Problem.of(scene)
+    with reporting(progress, "sensitivity") as report:
+        return _computed(problem, within, budget, report)
+
+
+def _computed(
+    problem: Problem,
+    within: float | None,
+    budget: float | None,
+    progress: Callable[[float], None] | None,
+) -> Sensitivity:
+    """The elasticities by the engine that supports a scene."""
     begin = time.perf_counter()
     if problem.netlist is not None:
         if within is not None:
@@ -134,6 +157,8 @@ def sensitivity(
                 "`within` must be left out with a netlist, whose ensembles are of one size"
             )
         return _of_circuit(problem, begin, progress, number(budget))
+    if Exact.refusal(problem) is None and problem.equations.beta and problem.equations.load:
+        return _by_formula(problem, begin, progress or _silent)
     target = within or (DEFAULT_WITHIN if problem.equations.coloured is None else None)
     answer, slopes = Density(within=target, budget=budget).run_with_slopes(
         served(Density, problem), progress
@@ -149,16 +174,50 @@ def _of_circuit(
     problem: Problem, begin: float, progress: Callable[[float], None] | None, budget: float | None
 ) -> Sensitivity:
     """The elasticities in the keys of a scene with a netlist, and in its elements."""
-    from harvester.studies.circuit_sensitivity import elasticities
+    from harvester.studies.circuit_sensitivity import elasticities, keys_with_elements
 
+    if Slow.refusal(problem) is None:
+        power = Slow(budget=None if budget is None else JUDGED * budget).run(problem).mean_power
+        deadline = math.inf if budget is None else time.monotonic() + budget * (1.0 - JUDGED)
+        quick = Slow(judged=False)
+        values = dict(keys_with_elements(problem))
+        done = by_differences(problem, quick, values, progress or _silent, deadline)
+        return _of_differences(problem, quick.NAME, power, done, begin, budget)
     served(Compiled, problem)
-    power, by_key, left, more_seconds = elasticities(problem, progress or (lambda _: None), budget)
-    cut = (
-        warning("keys_left_out", keys=", ".join(left), budget=budget, further=more_seconds)
-        if left
-        else None
-    )
-    return _result(problem, Compiled.NAME, power, by_key, begin, cut)
+    power, by_key, left, more_seconds = elasticities(problem, progress or _silent, budget)
+    done = PowerDifferences(by_key, left, more_seconds)
+    return _of_differences(problem, Compiled.NAME, power, done, begin, budget)
+
+
+def _by_formula(problem: Problem, begin: float, report: Callable[[float], None]) -> Sensitivity:
+    """The elasticities in the keys of a scene whose power is a formula."""
+    values = {key: value_of(problem.scene, key) for key in quantities(problem.scene)}
+    power = Exact().run(problem).mean_power
+    done = by_differences(problem, Exact(), values, report, most=BY_FORMULA)
+    return _of_differences(problem, Exact.NAME, power, done, begin, None)
+
+
+def _silent(_: float) -> None:
+    """Report nothing."""
+
+
+def _of_differences(
+    problem: Problem,
+    engine: str,
+    power: Value,
+    done: PowerDifferences,
+    begin: float,
+    budget: float | None,
+) -> Sensitivity:
+    """The result of differences, with warnings of the keys that have none."""
+    remarks = []
+    if done.left:
+        keys = ", ".join(done.left)
+        remarks = [warning("keys_left_out", keys=keys, budget=budget, further=done.seconds)]
+    if done.failed:
+        first = str(next(iter(done.failed.values())))
+        remarks.append(warning("keys_failed", keys=", ".join(done.failed), first=first))
+    return _result(problem, engine, power, done.by_key, begin, remarks)
 
 
 def _result(
@@ -167,7 +226,7 @@ def _result(
     power: Value,
     by_key: dict[str, tuple[float, Value]],
     begin: float,
-    cut: Diagnostic | None = None,
+    remarks: Sequence[Diagnostic] = (),
 ) -> Sensitivity:
     """The result of elasticities by key, the largest first."""
     keys = sorted(by_key, key=lambda key: -abs(by_key[key][1].value))
@@ -180,5 +239,5 @@ def _result(
         elasticities=tuple(by_key[key][1] for key in keys),
         seconds=time.perf_counter() - begin,
         physical=problem.physical,
-        diagnostics=(note("elasticity_explained"), *([cut] if cut else [])),
+        diagnostics=(note("elasticity_explained"), *remarks),
     )

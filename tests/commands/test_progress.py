@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from harvester.commands.progress import Bar, RowsBar, duration
+from harvester.machine.bars import Bar, RowsBar, duration
 from tests.support.judge import complaints
 from tests.support.paths import EXAMPLES
 from tests.support.terminal import on_terminal

@@ -64,15 +64,24 @@ def test_gradient_is_that_of_differences(eqs):
         assert abs(told[name] - slope) * abs(getattr(eqs, name)) < 1e-6 * largest
 
 
-@pytest.mark.thorough("test_gradient_is_that_of_differences")
-def test_elasticities_add_up_to_what_units_ask_for():
+@pytest.mark.parametrize(
+    "by_formula",
+    [True, pytest.param(False, marks=pytest.mark.thorough("test_gradient_is_that_of_differences"))],
+)
+def test_elasticities_add_up_to_what_units_ask_for(by_formula):
     """Linear scene: twice the noise is twice the power, and with P = M w0^3 l^2 f(...) no unit matters.
 
     Units of mass, time and charge: the elasticities of the keys times their dimensions are those of
-    a power.
+    a power.  By differences of engine `Exact`, and by the adjoint of the density.
     """
     found = hv.sensitivity("examples/plate.toml", within=1e-3)
+    assert found.engine == "exact"
     of = {key: one.value for key, one in zip(found.keys, found.elasticities, strict=True)}
+    if not by_formula:
+        _, slopes = hv.Density(within=1e-3).run_with_slopes(hv.load("examples/plate.toml"))
+        adjoint = {key: slopes.elasticity(key) for key in of}
+        assert adjoint == pytest.approx(of, abs=1e-5)
+        of = adjoint
     assert of["excitation.acceleration_psd"] == pytest.approx(1.0, abs=1e-5)
     mass = [
         ("oscillator.mass", 1),
@@ -102,5 +111,8 @@ def test_the_largest_stands_first_and_the_table_has_units():
 def test_what_has_no_power_or_no_density_is_refused():
     with pytest.raises(InputError, match="must have a coupling and a load resistance"):
         hv.sensitivity(scene(changed(PAPER, beta=None)))
+    driven = hv.Nondimensional(
+        c1=-0.1, beta=0.05, mu=1.0, drive=1.0, drive_frequency=1.0, restitution=0.9
+    )
     with pytest.raises(CannotServeError, match="harmonic"):
-        hv.sensitivity("examples/plate_harmonic.toml")
+        hv.sensitivity(hv.Scene(nondimensional=driven))

@@ -11,6 +11,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "averaged_is_exact": "averaged is exact for this scene",
     "elasticity_explained": "normalised sensitivity: change of the power in per cent for a change of the key by 1 %",
     "keys_left_out": "the `budget` of {budget!t} ended before these keys were varied, which need {further!t} more: {keys}",
+    "keys_failed": "no sensitivity in {keys}: {first}",
     "no_sensitivity": "no sensitivity in the {left!t} of the `budget` that the power left: {why}",
     "step_bias_not_counted": "the time-step bias is not known for a custom netlist, and not counted",
     "setting_failed": "({setting}) failed: {why}",

@@ -17,6 +17,7 @@ import numpy as np
 from harvester.engines.protocol import AnyScene, Progress
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
+from harvester.machine.automatic import reporting
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.netlists.probes import STORE, Probe, read_probes
 from harvester.presentation.diagnostic import Diagnostic, has, note, warning
@@ -51,7 +52,7 @@ def charge(
     seed: int = 0,
     dt: str | float | None = None,
     anywhere: bool = False,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     notice: Callable[[str], None] | None = None,
     execution: Execution = DEFAULT,
 ) -> ChargingResult:
@@ -82,8 +83,9 @@ def charge(
         the step, in seconds or as a text (nondimensional scene: 1/w0).
     anywhere : bool, default False
         a recording, or a harmonic excitation, begins at a random place, not at its beginning.
-    progress : callable, optional
-        is called with the fraction done.
+    progress : callable or bool, optional
+        is called with the fraction done; by default a bar on a terminal or in a notebook, False:
+        none.
     notice : callable, optional
         is called before many runs of ngspice that nobody chose, with the reason.
     execution : Execution, optional
@@ -140,25 +142,26 @@ def charge(
     levels = target * problem.in_circuit(seen.unit) * np.arange(1, LEVELS + 1) / LEVELS
     real = watched * unit / problem.scales.frequency  # in seconds of the device that runs
     looked = None if seen.name == STORE else seen
-    runs = ChargeRuns(
-        problem=problem,
-        levels=levels,
-        duration=real,
-        count=count,
-        seed=seed,
-        h=h,
-        probe=looked,
-        anywhere=anywhere,
-        whole=duration is not None,
-        progress=progress,
-    )
-    passages = _passages(name, runs)
-    if engine is None and has(passages.notes, "charge_not_slow"):
-        reason = dataclasses.replace(passages.notes[-1], severity="note")
-        name = choose_engine(problem, seen, None, slowly=False)[0]
-        again = count_of_runs(trajectories, name, steady)
-        direct = min(real, LONGER * passages.at[-1])
-        passages = _passages(name, dataclasses.replace(runs, count=again, duration=direct))
+    with reporting(progress, "charge") as report:
+        runs = ChargeRuns(
+            problem=problem,
+            levels=levels,
+            duration=real,
+            count=count,
+            seed=seed,
+            h=h,
+            probe=looked,
+            anywhere=anywhere,
+            whole=duration is not None,
+            progress=report,
+        )
+        passages = _passages(name, runs)
+        if engine is None and has(passages.notes, "charge_not_slow"):
+            reason = dataclasses.replace(passages.notes[-1], severity="note")
+            name = choose_engine(problem, seen, None, slowly=False)[0]
+            again = count_of_runs(trajectories, name, steady)
+            direct = min(real, LONGER * passages.at[-1])
+            passages = _passages(name, dataclasses.replace(runs, count=again, duration=direct))
     charging = _answer(
         problem,
         passages,

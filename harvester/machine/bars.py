@@ -29,7 +29,8 @@ class Bar(tqdm):  # type: ignore[misc]
     is that of so many seconds, which ``at_most`` need not be spent.  ``shorter`` names the option
     that shortens the work, such as "--budget": with it, work that will last more than half a minute
     reports it in a line on stderr, as soon as that was measured: over the fraction ``enough`` of
-    it, which is small if all parts of the work are alike.
+    it, which is small if all parts of the work are alike.  It is drawn after ``delay`` seconds, and
+    unless ``disable`` (None: on a terminal only).
     """
 
     def __init__(
@@ -41,6 +42,8 @@ class Bar(tqdm):  # type: ignore[misc]
         shorter: str = "",
         budget: float | None = None,
         enough: float = ENOUGH,
+        delay: float = 0.0,
+        disable: bool | None = None,
     ) -> None:
         self.what = what
         self.at_most = at_most
@@ -56,7 +59,13 @@ class Bar(tqdm):  # type: ignore[misc]
         self.others: Any = None  # what the rest of the program writes its errors on
         shape = FORMAT if known else UNKNOWN
         super().__init__(
-            total=1000, desc=what, disable=None, leave=False, bar_format=shape, file=file
+            total=1000,
+            desc=what,
+            disable=disable,
+            leave=False,
+            bar_format=shape,
+            file=file,
+            delay=delay,
         )
         self.ended = threading.Event()
         if not self.disable:
@@ -67,6 +76,8 @@ class Bar(tqdm):  # type: ignore[misc]
 
     def _redraw(self) -> None:
         """Keep the bar's clock running until it is closed."""
+        if self.ended.wait(self.delay):
+            return
         while not self.ended.wait(REDRAWN):
             if self.by_clock and self.seconds:
                 passed = time.monotonic() - self.last[0]
@@ -200,13 +211,15 @@ class RowsBar(Bar):
         file: Any = None,
         shorter: str = "",
         warms_up: bool = False,
+        delay: float = 0.0,
+        disable: bool | None = None,
     ) -> None:
         self.rows_of: dict[str, int] = {}
         self.left_of: dict[str, int] = {}
         self.seconds_of: dict[str, float] = {}
         self.done_of: dict[str, int] = {}
         self.warms_up = warms_up
-        super().__init__(what, file, shorter=shorter)
+        super().__init__(what, file, shorter=shorter, delay=delay, disable=disable)
         for engine, total in (rows or {}).items():
             self.start(total, engine)
 

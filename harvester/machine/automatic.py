@@ -1,0 +1,109 @@
+"""The progress of functions called from Python: a bar on a terminal or in a notebook.
+
+A bar is shown if the work lasts for `DELAY`.  Nothing is shown on a pipe or in a file, in threads
+and worker processes, or inside of other bars of tqdm.
+"""
+
+import multiprocessing
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from harvester.machine.progress import ProgressCallback, working
+
+DELAY = 1.0  # s after which a bar is shown
+
+
+def is_in_notebook() -> bool:
+    """Whether this process is the kernel of a notebook."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    return getattr(shell, "kernel", None) is not None
+
+
+def shows_bars() -> bool:
+    """Whether this is the main thread of a process on a terminal or in a notebook."""
+    if threading.current_thread() is not threading.main_thread():
+        return False
+    if multiprocessing.current_process().name != "MainProcess":
+        return False
+    return is_in_notebook() or (sys.stderr is not None and sys.stderr.isatty())
+
+
+class AutomaticProgress:
+    """The progress of a study whose caller names no other.
+
+    Studies that another study starts add nothing to its bar.
+    """
+
+    def __init__(self) -> None:
+        self._begun: list[bool] = []  # of each study at work: whether it counts rows
+        self._bar: Any = None
+        self.what = ""
+
+    def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
+        """Begin a study, or one more kind of rows of it."""
+        is_rows = total is not None
+        if is_rows and self._begun and self._begun[-1]:
+            if len(self._begun) == 1 and self._bar is not None:
+                self._bar.start(total, what, done)
+            return
+        self._begun.append(is_rows)
+        if len(self._begun) > 1 or not shows_bars():
+            return
+        from tqdm import tqdm  # loaded if a bar is shown
+
+        from harvester.machine.bars import Bar, RowsBar
+
+        if len(tqdm._instances):
+            return
+        disable = False if is_in_notebook() else None
+        name = self.what or "harvester"
+        if is_rows:
+            self._bar = RowsBar(name, warms_up=True, delay=DELAY, disable=disable)
+            self._bar.start(total, what, done)
+        else:
+            self._bar = Bar(name, delay=DELAY, disable=disable)
+
+    def step(self, done: float = 1, what: str = "") -> None:
+        """Show the fraction or the row that is done, of the outermost study."""
+        if self._bar is not None and len(self._begun) == 1:
+            self._bar.step(done, what)
+
+    def remark(self, text: object) -> None:
+        """Print a remark above the bar."""
+        if self._bar is not None and len(self._begun) == 1:
+            self._bar.remark(text)
+
+    def close(self) -> None:
+        """End a study, and the bar with the outermost."""
+        if self._begun:
+            self._begun.pop()
+        if not self._begun and self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+
+AUTOMATIC = AutomaticProgress()
+
+
+@contextmanager
+def reporting(
+    progress: ProgressCallback | bool | None, what: str
+) -> Iterator[ProgressCallback | None]:
+    """The callback to which work reports its fraction; None for nobody.
+
+    That is ``progress`` if it is one, nobody if it is False, and else a bar if `shows_bars`.
+    """
+    if callable(progress):
+        yield progress
+    elif progress is False or not shows_bars():
+        yield None
+    else:
+        AUTOMATIC.what = what
+        try:
+            with working(AUTOMATIC):
+                yield AUTOMATIC.step
+        finally:
+            AUTOMATIC.what = ""

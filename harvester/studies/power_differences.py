@@ -1,0 +1,150 @@
+"""Elasticities of the power as differences of an engine's answers, each with its step error.
+
+With the power P at the factors 1 + d and 1 - d of a key's value,
+
+    E(d) = (ln P(1 + d) - ln P(1 - d))/(ln(1 + d) - ln(1 - d)),   E = (4 E(d/2) - E(d))/3,
+
+which is Richardson's extrapolation, with the error |E(d/2) - E(d)|; d is halved until that is
+small.  All answers have the same noise, so that the sampling error is that of a difference.  A
+power law has the same E for any d.
+"""
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from harvester.answers.estimate import Estimate
+from harvester.engines.protocol import Engine
+from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError, InputError, SimulationError
+from harvester.studies.tolerance.first_order import error_of_sum
+from harvester.uncertainty.value import Value
+
+CHANGE, LEAST = 0.05, 1e-3  # of a key, up and down: by less if it cannot be so large, and not below
+# of the change, until two differences agree to so much of the larger of E and 1
+HALVINGS = 2
+SMALL = 0.01
+
+
+@dataclass
+class PowerDifferences:
+    """Value and elasticity by key, the keys ``left`` at the end of a budget, and the errors of others.
+
+    ``seconds`` is the time that the keys left would need.
+    """
+
+    by_key: dict[str, tuple[float, Value]] = field(default_factory=dict)
+    left: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+    failed: dict[str, HarvesterError] = field(default_factory=dict)
+
+
+def largest_change(problem: Problem, key: str, value: float, most: float = CHANGE) -> float:
+    """The part of its value by which a key can be larger, at most ``most``; 0 if it cannot."""
+    change = most
+    while change > LEAST:
+        try:
+            problem.scene.vary(key, (1.0 + change) * value)
+        except InputError:
+            change *= 0.5
+        else:
+            return change
+    return 0.0
+
+
+def by_differences(
+    problem: Problem,
+    engine: Engine,
+    values: Mapping[str, float],
+    report: Callable[[float], None],
+    deadline: float = math.inf,
+    most: float = CHANGE,
+) -> PowerDifferences:
+    """The elasticities of an engine's power in the keys with these values, which are not 0.
+
+    ``most`` is the first change of a key, up and down, relative to its value.  A key that cannot be
+    larger is not varied.  Keys for which there is no time until ``deadline`` (s, of
+    `time.monotonic`) are left, and one without an answer has its error.
+    """
+    done = PowerDifferences()
+    seconds = 0.0
+    for k, (key, value) in enumerate(values.items()):
+        begin = time.monotonic()
+        if begin + seconds > deadline:
+            done.left = [*values][k:]
+            done.seconds = seconds * len(done.left)
+            break
+        if change := largest_change(problem, key, value, most):
+            differences = _Differences(problem, engine, key, value)
+            try:
+                done.by_key[key] = value, differences.elasticity(change)
+            except HarvesterError as error:
+                done.failed[key] = error
+        seconds = max(seconds, time.monotonic() - begin)
+        report((k + 1) / len(values))
+    return done
+
+
+class _Differences:
+    """The differences of an engine's power in one key, at ever smaller changes of it."""
+
+    def __init__(self, problem: Problem, engine: Engine, key: str, value: float) -> None:
+        self.problem = problem
+        self.engine = engine
+        self.key = key
+        self.value = value
+
+    def elasticity(self, change: float) -> Value:
+        """The elasticity of the two changes, one half of the other, that differ least.
+
+        Both become smaller, at most `HALVINGS` times, until their difference is small.  Raises the
+        error of an answer, and SimulationError for one without power.
+        """
+        coarse, fine = self._at(change, 0.5 * change)
+        best = self._extrapolated(coarse, fine)
+        for _ in range(HALVINGS):
+            if (best.bias or 0.0) <= SMALL * max(abs(best.value), 1.0):
+                break
+            coarse = fine
+            change *= 0.5
+            (fine,) = self._at(0.5 * change)
+            other = self._extrapolated(coarse, fine)
+            best = min(best, other, key=lambda value: value.bias or 0.0)
+        return best
+
+    def _at(self, *changes: float) -> list[Value]:
+        """The elasticity between two answers, at each change of the key."""
+        factors = [1.0 + sign * change for change in changes for sign in (1.0, -1.0)]
+        scenes = [self.problem.scene.vary(self.key, factor * self.value) for factor in factors]
+        answers = self.engine.run_many(scenes)
+        pairs = zip(answers[::2], answers[1::2], strict=True)
+        return [
+            _difference(change, more, less)
+            for change, (more, less) in zip(changes, pairs, strict=True)
+        ]
+
+    @staticmethod
+    def _extrapolated(coarse: Value, fine: Value) -> Value:
+        """Richardson's extrapolation, with the difference of both as its error."""
+        stderr = None if fine.stderr is None else 4.0 / 3.0 * fine.stderr
+        value = (4.0 * fine.value - coarse.value) / 3.0
+        return Value(value, stderr, abs(fine.value - coarse.value), unknown=fine.unknown)
+
+
+def _difference(
+    change: float, more: Estimate | HarvesterError, less: Estimate | HarvesterError
+) -> Value:
+    """The elasticity between two answers on the same noise."""
+    for answer in (more, less):
+        if isinstance(answer, HarvesterError):
+            raise answer
+        if not answer.mean_power.value > 0.0:
+            raise SimulationError("the load receives no power")
+    assert isinstance(more, Estimate) and isinstance(less, Estimate), "checked"
+    width = math.log1p(change) - math.log1p(-change)
+    powers = [more.mean_power, less.mean_power]
+    weights = [1.0 / (width * powers[0].value), -1.0 / (width * powers[1].value)]
+    stderr = error_of_sum((more, less), weights) if powers[0].stderr is not None else None
+    slope = math.log(powers[0].value / powers[1].value) / width
+    return Value(slope, stderr, unknown=powers[0].unknown)

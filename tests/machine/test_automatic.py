@@ -1,0 +1,107 @@
+"""The bar of functions that are called from Python: on a terminal, if the work lasts, and nowhere else."""
+
+import os
+import pty
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from harvester.machine import automatic
+from harvester.machine.automatic import AutomaticProgress, reporting
+from tests.support.paths import ROOT
+
+LASTING = """
+import time
+import harvester as hv
+from harvester.machine.automatic import AUTOMATIC, reporting
+from harvester.machine.progress import NO_PROGRESS, working
+
+def work(step, seconds):
+    for k in range(1, 5):
+        time.sleep(0.25 * seconds)
+        step(0.25 * k)
+
+with reporting({progress}, "lasting") as report:
+    work(report or (lambda _: None), {seconds})
+with working(hv.Execution(progress={study}).progress) as study:
+    work(study.step, {seconds})
+execution = hv.Execution(progress={study}).progress
+execution.start(4, "exact")
+execution.start(4, "spice")
+for name in ("exact", "spice") * 4:
+    time.sleep({seconds} / 8.0)
+    execution.step(1, name)
+execution.close()
+"""
+
+
+def on_terminal(seconds, progress="None", study="True"):
+    """What a script shows on its terminal."""
+    reader, writer = pty.openpty()
+    script = LASTING.format(seconds=seconds, progress=progress, study=study)
+    command = [sys.executable, "-c", script]
+    with subprocess.Popen(command, stderr=writer, cwd=ROOT) as process:
+        os.close(writer)
+        parts = []
+        while True:
+            try:
+                part = os.read(reader, 4096)
+            except OSError:  # the end of a terminal that nobody writes on
+                break
+            if not part:
+                break
+            parts.append(part)
+    os.close(reader)
+    assert process.returncode == 0
+    return b"".join(parts).decode()
+
+
+@pytest.mark.slow
+def test_work_that_lasts_shows_the_time_that_is_left():
+    shown = on_terminal(2.4)
+    assert "lasting:" in shown and "harvester:" in shown and "spice" in shown
+    assert "50%" in shown and " left" in shown
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seconds", "options"), [(0.2, {}), (1.6, {"progress": "False", "study": "False"})]
+)
+def test_short_work_and_silenced_work_show_nothing(seconds, options):
+    assert on_terminal(seconds, **options) == ""
+
+
+def test_nobody_is_told_of_work_on_a_pipe(monkeypatch):
+    """Nor in a thread; a callback is called anyway."""
+    told = []
+    with reporting(told.append, "run") as report:
+        report(0.5)
+    assert told == [0.5]
+    with reporting(None, "run") as report:
+        assert report is None
+    monkeypatch.setattr(automatic, "is_in_notebook", lambda: True)
+    shown = [automatic.shows_bars()]
+    thread = threading.Thread(target=lambda: shown.append(automatic.shows_bars()))
+    thread.start()
+    thread.join()
+    assert shown == [True, False]
+
+
+def test_a_study_in_a_study_leaves_the_bar_alone(monkeypatch, capsys):
+    """Its rows are not those of the outer one, and its end does not close the bar."""
+    monkeypatch.setattr(automatic, "is_in_notebook", lambda: True)
+    monkeypatch.setattr(automatic, "DELAY", 0.0)
+    progress = AutomaticProgress()
+    progress.start()
+    progress.step(0.5, "outer")
+    progress.start(4, "exact")
+    progress.start(4, "spice")
+    progress.step(1, "exact")
+    progress.close()
+    progress.step(0.75, "outer")
+    assert progress._bar.last[1] == 0.75
+    progress.close()
+    assert progress._bar is None
+    assert "harvester:" in capsys.readouterr().err

@@ -1,0 +1,119 @@
+"""Elasticities as differences of an engine's power: formulas, a budget, failures, and a board with a slow circuit."""
+
+import math
+from dataclasses import dataclass
+
+import pytest
+
+import harvester as hv
+from harvester.answers.estimate import Estimate
+from harvester.equations.problem import Problem
+from harvester.errors import SimulationError
+from harvester.studies.power_differences import by_differences
+from tests.support.netlists import BRIDGE
+from tests.support.paths import ROOT
+
+PLATE = Problem(hv.load(ROOT / "examples" / "plate.toml"))
+VALUES = {
+    "piezo.capacitance": PLATE.scene.piezo.capacitance,
+    "oscillator.damping": PLATE.scene.oscillator.damping,
+}
+
+
+@dataclass(frozen=True)
+class Formula:
+    """An engine whose power is a formula of the relative values of two keys."""
+
+    power: object
+
+    def run_many(self, scenes):
+        """The answers, or an error where the power is None."""
+        return [self._answer(scene) for scene in scenes]
+
+    def _answer(self, scene):
+        a = scene.piezo.capacitance / VALUES["piezo.capacitance"]
+        power = self.power(a, scene.oscillator.damping / VALUES["oscillator.damping"])
+        if power is None:
+            return SimulationError("no answer here")
+        return Estimate(
+            engine="formula",
+            physical=True,
+            mean_power=hv.Value(power, unknown="the model"),
+            mean_square_voltage=hv.Value(1.0),
+            nondimensional={},
+            effects=(),
+            seconds=0.0,
+            steps=0,
+        )
+
+
+def silent(_):
+    """Report nothing."""
+
+
+def elasticities(power, **options):
+    """The differences of a formula."""
+    return by_differences(PLATE, Formula(power), VALUES, silent, **options)
+
+
+def test_a_resonance_is_within_its_error():
+    """A power law is exact; a peak narrower than the first change is found by smaller ones."""
+    done = elasticities(lambda a, b: a**1.5 / (1.0 + ((b - 1.02) / 0.03) ** 2))
+    power_law, peak = (done.by_key[key][1] for key in VALUES)
+    assert abs(power_law.value - 1.5) < 1e-9 and power_law.unknown == "the model"
+    at = -0.02 / 0.03
+    true = -2.0 * at / 0.03 / (1.0 + at**2)
+    assert abs(peak.value - true) < peak.bias < 0.1 * true
+
+
+def test_a_key_without_an_answer_leaves_the_others():
+    """Its error is kept, and a load without power has none either."""
+    done = elasticities(lambda a, b: None if b != 1.0 else a)
+    assert [*done.by_key] == ["piezo.capacitance"]
+    assert str(done.failed["oscillator.damping"]) == "no answer here"
+    done = elasticities(lambda a, b: max(a - 1.0, 0.0))
+    assert "no power" in str(done.failed["oscillator.damping"])
+
+
+def test_keys_beyond_the_deadline_are_left():
+    """A deadline that is over leaves all of them but takes no error for an answer."""
+    done = elasticities(lambda a, b: a, deadline=-math.inf)
+    assert done.left == [*VALUES] and not done.by_key and not done.failed
+
+
+BOARD = (
+    BRIDGE.format("DX")
+    + "C1 a b {Ca}\nR1 a c {Ra}\nC2 c b {Cb}\nRload c b {Rb}\n.model DX D(is={Is} n={N})"
+)
+# powers of V of the units: scaling all impedances by s and the coupling by 1/sqrt(s)
+VOLTS = {"piezo.coupling": -1, "piezo.capacitance": -2} | {
+    f"load.parameters.{name}": power
+    for name, power in {"Is": -1, "N": 1, "Ca": -2, "Cb": -2, "Ra": 2, "Rb": 2}.items()
+}
+
+
+@pytest.mark.ngspice
+@pytest.mark.slow
+def test_impedances_scaled_with_the_coupling_leave_the_power_of_a_board(tmp_path):
+    """Of a bridge, a store and a load behind it: the gradients cancel, within five times the price of the power."""
+    path = tmp_path / "board.cir"
+    header = ".subckt load p n Is=1n N=1.8 Ca=22u Ra=10k Cb=1u Rb=20k"
+    path.write_text(f"* a board\n{header}\n{BOARD}\n.ends\n")
+    scene = hv.load(ROOT / "examples" / "bimorph_board.toml").with_load(hv.Load(netlist=str(path)))
+    price = hv.Slow().run(scene)
+    found = hv.sensitivity(scene)
+    of = dict(zip(found.keys, found.elasticities, strict=True))
+    assert found.engine == "slow" and found.mean_power.value == price.mean_power.value
+    assert found.seconds < 5.0 * max(price.seconds, 1.0)
+    error = sum(abs(power) * of[key].bias for key, power in VOLTS.items())
+    assert abs(sum(power * of[key].value for key, power in VOLTS.items())) < error < 0.05
+    assert of["load.parameters.Rb"].value > 10.0 * of["load.parameters.Rb"].bias
+
+
+@pytest.mark.ngspice
+@pytest.mark.slow
+def test_a_budget_for_a_board_is_shared_by_power_and_keys():
+    """What is left is named, with the power by the quick circuit if need be."""
+    found = hv.sensitivity(ROOT / "examples" / "bimorph_board.toml", budget=1.0)
+    left = [one for one in found.diagnostics if one.code == "keys_left_out"]
+    assert found.mean_power.value > 0.0 and (left or len(found.keys) == 16)
