@@ -248,7 +248,9 @@ def test_keys_that_do_not_fit_are_refused(keys, said):
 def test_a_flat_netlist_without_terminals_says_what_is_missing(tmp_path):
     path = tmp_path / "board.cir"
     path.write_text(BOARD)
-    with pytest.raises(InputError, match=r"flat one whose two piezo nets load\.terminals names"):
+    with pytest.raises(
+        InputError, match=r"or be a board with load\.terminals, the piezo's two nets"
+    ):
         load_circuit(Load(netlist=str(path)))
     with pytest.raises(
         InputError, match=r"in a flat netlist, such as KiCad's, load\.terminals in a scene names"
