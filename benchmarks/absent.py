@@ -1,11 +1,11 @@
 """What an effect costs a scene without it: instructions of the kernel with and without the effect's own lines.
 
-    python benchmarks/absent.py        # quadratic damping, a minute
-    python benchmarks/absent.py c3
+    python benchmarks/absent.py                  # quadratic damping, a minute
+    python benchmarks/absent.py softening inertia gamma
 
-The package is copied to a folder of its own, where the blocks ``if c.NAME is not None:`` are taken out of the equation
-of motion.  Both compile the paper's scene anew, and their instructions are counted.  A count that is the same says
-that the effect costs nothing where it is absent.
+The package is copied to a folder of its own, where the blocks ``if c.NAME is not None:`` are taken out of all kernels,
+and the conditions ``c.NAME is None`` are true.  Both compile the paper's scene anew; their instructions are counted.
+A count that is the same says that the effect costs nothing where it is absent.
 """
 
 import os
@@ -24,7 +24,8 @@ import re, sys
 sys.path.insert(0, "benchmarks")
 import dataclasses, effects
 from harvester.mechanics.kernels.trajectory_batch import advance
-for change in ({}, {sys.argv[1]: 0.1}):
+free = {"restitution": None} if sys.argv[1] == "gamma" else {}  # which has no stop
+for change in (free, free | {sys.argv[1]: 0.1}):
     before = set(advance.signatures)
     effects.prepared(dataclasses.replace(effects.PAPER, **change), effects.arrays(), readings=2)()
     for signature in set(advance.signatures) - before:
@@ -35,8 +36,10 @@ for change in ({}, {sys.argv[1]: 0.1}):
 
 def without(text: str, name: str) -> str:
     """The source without the blocks that only the coefficient ``name`` needs."""
-    block = rf"^( *)if c\.{name} is not None:\n(?:\1 +.*\n)+"
-    return re.sub(rf" and c\.{name} is None", "", re.sub(block, "", text, flags=re.MULTILINE))
+    block = rf"^( *)if (?:c\.)?{name} is not None:\n(?:\1 +.*\n|\n(?=\1 +))+"
+    text = re.sub(block, "", text, flags=re.MULTILINE)
+    text = re.sub(rf" and c\.{name} is None", "", text)
+    return re.sub(rf"\bc\.{name} is None\b", "True", text)
 
 
 def instructions(package: Path, name: str) -> list[int]:
@@ -58,23 +61,33 @@ def instructions(package: Path, name: str) -> list[int]:
     return [int(line) for line in done.stdout.split()]
 
 
-def main() -> None:
-    name = sys.argv[1] if len(sys.argv) > 1 else "cv"
+def counted(name: str) -> tuple[int, int, int]:
+    """Instructions where the effect is absent, without its lines, and with it."""
     with tempfile.TemporaryDirectory() as folder:
         package = Path(folder)
         for part in ("harvester", "benchmarks"):
             shutil.copytree(
                 ROOT / part, package / part, ignore=shutil.ignore_patterns("__pycache__")
             )
-        source = package / "harvester/mechanics/kernels/equation_of_motion.py"
         whole = instructions(package, name)
-        text = source.read_text()
-        source.write_text(without(text, name))
-        assert source.read_text() != text, f"no block of {name}"
+        sources = list((package / "harvester/mechanics/kernels").glob("*.py"))
+        texts = [source.read_text() for source in sources]
+        for source, text in zip(sources, texts, strict=True):
+            source.write_text(without(text, name))
+        assert [source.read_text() for source in sources] != texts, f"no block of {name}"
         alone = instructions(package, name)
-    print(
-        f"{name}: {whole[0]} instructions where it is absent, {alone[0]} without its lines, {whole[1]} with it"
-    )
+    return whole[0], alone[0], whole[1]
+
+
+def main() -> None:
+    """A line for each effect."""
+    for name in sys.argv[1:] or ["cv"]:
+        absent, alone, present = counted(name)
+        print(
+            f"{name}: {absent} instructions where it is absent, {alone} without its lines, "
+            f"{present} with it",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -20,7 +20,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from priors_fit import HERE, Fit, Number, alone, holds, interval, numbers, rows, shared, sigma
+from priors_fit import (
+    HERE,
+    Fit,
+    Number,
+    alone,
+    holds,
+    interval,
+    numbers,
+    rows,
+    shared,
+    sigma,
+    wilson,
+)
 from priors_limits import at_middle, has_width, judged, of_one_factor, two_digits, width
 from scipy.optimize import minimize
 
@@ -211,6 +223,31 @@ def by_source(fits: dict[str, Kinds], final: Kinds, every: Sequence[Number]) -> 
             yield f"| {title} | {kind} | {devices} | {cells} |"
 
 
+VERSIONS = {
+    "first priors": "_1",
+    "version 2: one model error for all nonlinear devices": "_2",
+    "version 3: model error by kind, about the middle": "_3",
+}
+
+
+def later() -> Iterator[str]:
+    """A row for each version of the intervals, by the numbers of a device that is in no fit."""
+    measured = {row["what"]: float(row["value"]) for row in rows("measured_later.csv")}
+    kept = [row for row in rows("predicted.csv") if row["quantity"] in measured]
+    yield "| intervals of D9 | hold | coverage (95 % of the binomial) | median width |"
+    yield "|---|---|---|---|"
+    for title, end in VERSIONS.items():
+        ends = [(float(row[f"low{end}"]), float(row[f"high{end}"])) for row in kept]
+        met = sum(
+            low <= measured[row["quantity"]] <= high
+            for row, (low, high) in zip(kept, ends, strict=True)
+        )
+        least, most = wilson(met, len(kept))
+        wide = two_digits(float(np.median([(high / low) ** 2 for low, high in ends])))
+        share = f"{100.0 * met / len(kept):.0f} % ({100.0 * least:.0f} to {100.0 * most:.0f})"
+        yield f"| {title} | {met} of {len(kept)} | {share} | {wide} |"
+
+
 def at_middles(every: Sequence[Number]) -> list[Number]:
     """The numbers about the middles of their first intervals; those of D1 to D8 as they are."""
     moved = at_middle(every)
@@ -251,6 +288,8 @@ def block(results: Everything) -> list[str]:
         *by_device(fits, measured),
         "",
         *by_source(fits, final, results.every),
+        "",
+        *later(),
         "",
         f"Fit on all devices: factor of the spreads {final.factor:.2f}; model error {100.0 * final.linear:.0f} % "
         f"(linear), {100.0 * final.loss:.0f} % (stop or store) and {100.0 * final.spring:.0f} % (nonlinear spring); "

@@ -7,7 +7,7 @@ import reprlib
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 T = TypeVar("T", bound=Callable[..., Any])
 Of = TypeVar("Of")
@@ -250,7 +250,14 @@ def named_once(names: Sequence[str], argument: str) -> None:
 def names_arguments(target: T) -> T:
     """Make a public function or class answer an unknown keyword with an `InputError` and the nearest match."""
     function: Any = target.__init__ if isinstance(target, type) else target  # type: ignore[misc]
-    known = [name for name in inspect.signature(function).parameters if name != "self"]
+    known = []
+    for name, parameter in inspect.signature(function).parameters.items():
+        if parameter.kind is parameter.VAR_KEYWORD:  # of the keys of a TypedDict
+            known += [
+                key for kind in get_args(parameter.annotation) for key in kind.__annotations__
+            ]
+        elif name != "self":
+            known.append(name)
 
     @functools.wraps(function)
     def checked(*arguments: Any, **options: Any) -> Any:

@@ -73,29 +73,47 @@ def load_of(circuit: KernelCircuit, state: Floats, samples: int, keep: bool = Fa
     )
 
 
+class ChargeCourse(NamedTuple):
+    """A charge's course over a drift, by way of a ``wall`` at the time ``first``."""
+
+    begin: float
+    end: float
+    wall: float
+    first: float
+
+
+@inlined
+def advance_load(load, course, t, count):
+    """Advance the circuit along a course of length t, by so many of its shortest steps."""
+    circuit = load.circuit
+    advance(
+        circuit.address,
+        circuit.record,
+        load.state,
+        load.room,
+        x=course.begin,
+        x1=course.end,
+        wall=course.wall,
+        first=course.first,
+        h=t,
+        count=count,
+    )
+    return load.state[circuit.voltages_at]
+
+
 @inlined
 def _flown(begin, end, wall, first, d, load):
     """Advance the circuit along the charge's course over the interval d: the piezo's voltage."""
     circuit, state = load.circuit, load.state
     # a part of a step ends at its last shortest step; what is added is far above rounding
     count = int(d.t / d.h * FINEST + 1e-4)
-    advance(
-        circuit.address,
-        circuit.record,
-        state,
-        load.room,
-        x=begin,
-        x1=end,
-        wall=wall,
-        first=first,
-        h=d.t,
-        count=count,
-    )
+    course = ChargeCourse(begin=begin, end=end, wall=wall, first=first)
+    voltage = advance_load(load, course, d.t, count)
     if count == FINEST:
         last = len(state) - DID
         for k in range(3):
             load.counts[k] += state[last + k]
-    return state[circuit.voltages_at] / circuit.volts
+    return voltage / circuit.volts
 
 
 @version_of(drifted, c=Coefficients, load=NetlistLoad)

@@ -19,16 +19,19 @@ from harvester.errors import CircuitError
 from harvester.linear.transfer import first_harmonic
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.largest_swing import Swing
-from harvester.mechanics.periodic import MULTIPLES, Settling, periods_to_settle
+from harvester.mechanics.periodic import (
+    COMES_BACK,
+    FIRST,
+    LONGEST_WAY,
+    MULTIPLES,
+    WANDERS,
+    Settling,
+    periods_that_hold,
+    periods_to_settle,
+)
 from harvester.mechanics.trace import at_rest
 
-# oscillations from rest; of a mass that is not linear, and how often
-FIRST = 4
-WANDERED = 60
-TRIED = 5
 NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle
-COMES_BACK = 3e-3  # of the state's size, in the run that measures the response
-SURE = 2.0  # times what is left as the last periods say it, and the standard error of their means
 MEASURED = 4  # times that the response is gone through: switches may act a little sooner or later
 
 
@@ -166,9 +169,9 @@ class _Way:
 
     def come_near(self) -> int:
         """Go on until a mass that is not linear comes back: after how many periods, 0 if it does not."""
-        natural = 2.0 * math.pi / (self.size * self.h)
-        for _ in range(TRIED):
-            path = self.run(max(math.ceil(WANDERED * min(natural, 1.0)), 2 * MULTIPLES))
+        periods = periods_that_hold(LONGEST_WAY, self.size * self.h, 2 * MULTIPLES)
+        for _ in range(WANDERS):
+            path = self.run(periods)
             motion = path.samples[:, 2:4]
             last = motion[-MULTIPLES:]
             size = math.sqrt(float((motion**2).sum(axis=1).mean()))
@@ -207,8 +210,7 @@ def _response(
         if not turns:
             return None
     elif near is None:
-        natural = 2.0 * math.pi / (way.size * way.h)
-        way.run(max(math.ceil(FIRST * min(natural, 1.0)), 1))
+        way.run(periods_that_hold(FIRST, way.size * way.h))
     settled = way.settling(turns)
     if not settled.reach(enough):
         return None
@@ -222,16 +224,12 @@ def _response(
         ends.append(way.y)
         means.append(way.means(path))
     residual = settled.slow @ (ends[-1] - ends[0]) / MEASURED
-    left, less = settled.left(residual)
-    unexplained = settled.unexplained(residual)
-    if (
-        settled.residual_norm(residual) + settled.size(settled.slow @ left) + unexplained
-        > COMES_BACK
-    ):
+    rest = settled.remainder(residual)
+    if rest.size > COMES_BACK:
         return None
     mean = np.mean(means, axis=0)
     scatter = np.std(means, axis=0, ddof=1) / math.sqrt(MEASURED)
-    parts = SURE * ((np.abs(less) + scatter) / np.maximum(mean, 1e-300) + unexplained)
+    parts = rest.shares(mean, scatter)
     return CircuitPeriod(
         way.coordinates,
         way.state,

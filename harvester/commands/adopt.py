@@ -97,7 +97,8 @@ def _target(out: Path, deck: Path, force: bool) -> Path:
             "--out", "be in the deck's folder, with the libraries that it includes", str(out)
         )
     if out.resolve() == deck.resolve() or (out.exists() and not (force and out.is_file())):
-        again = "another name" if out.resolve() == deck.resolve() else "another name, or --force"
+        is_other = out.is_file() and out.resolve() != deck.resolve()
+        again = "another name, or --force" if is_other else "another name"
         raise InputError(f"--out must be new, but {shown(str(out))} is there: {again}")
     if not out.name.lower().endswith(".cir"):
         raise invalid("--out", "end in .cir", str(out))

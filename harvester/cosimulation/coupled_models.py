@@ -271,11 +271,11 @@ def cosimulate(
     harvester.errors.InputError: `model` must have the functions drift, kick, source, but 'Oscillator' has no source
     """
     given = _read_options(options)
-    span, h = _time("duration", duration), _time("step", step)
+    span, h = time_above_0("duration", duration), time_above_0("step", step)
     within = None if given.within is None else _share("within", given.within)
     steps = max(math.ceil(span / h * (1.0 - 1e-9)), 1)
     _check_options(span, steps, given)
-    _check_port(port)
+    check_port(port)
     check_model(model, start, h)
     for name in start._fields:
         if name in COLUMNS:
@@ -286,7 +286,7 @@ def cosimulate(
             )
     if given.compiled and not can_be_compiled(model):
         raise invalid("`model`", "be a NamedTuple of numbers for `compiled`=True", model)
-    load = _circuit(circuit, port)
+    load = circuit_of_port(circuit, port)
     texts = [given.probe] if isinstance(given.probe, str) else list(given.probe)
     probes = read_probes(texts, load)
     find_library()
@@ -370,7 +370,7 @@ def _share(name: str, value: float | str) -> float:
     return share
 
 
-def _time(name: str, value: float | str) -> float:
+def time_above_0(name: str, value: float | str) -> float:
     """A time above 0 in seconds."""
     try:
         return float(time(value if isinstance(value, str) else repr(float(value))))
@@ -396,7 +396,7 @@ def _check_options(span: float, steps: int, given: ChosenOptions) -> None:
         raise invalid("`volts`", "be between 1e-9 and 1e9", given.volts)
 
 
-def _check_port(port: Any) -> None:
+def check_port(port: Any) -> None:
     """Refuse anything but a port."""
     if not isinstance(port, Piezo | Coil):
         raise invalid("`port`", "be a Piezo or a Coil", port)
@@ -411,7 +411,7 @@ def _check_integer(name: str, value: int, least: int, most: int) -> None:
         raise invalid(f"`{name}`", f"be a whole number from {least} to {most}", value)
 
 
-def _circuit(circuit: Load | str, port: Port) -> LoadCircuit:
+def circuit_of_port(circuit: Load | str, port: Port) -> LoadCircuit:
     """The load circuit of a table, a name, a path or a text."""
     capacitance = None if isinstance(port, Coil) else port.capacitance
     if isinstance(circuit, Load):

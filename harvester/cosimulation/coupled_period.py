@@ -41,25 +41,25 @@ from harvester.errors import CircuitError
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.periodic import (
     ALIKE,
+    COMES_BACK,
+    FIRST,
+    LONGEST_WAY,
     MULTIPLES,
     NOISY,
     REACHED,
     STALE,
+    WANDERS,
     WORTH,
     Secants,
     Settling,
+    periods_that_hold,
     periods_to_settle,
 )
 from harvester.netlists.part import PIEZO
 
-FIRST = 4  # oscillations from rest before the way is shortened
-# the same of a mass that is not linear; times so many at most, until it is near a response
-LONGEST, WANDERS = 60, 5
 MEASURED = 1  # periods that are averaged, after one that is not
 # of the state's size: so near a response, the way there is taken to be a straight one
 ROUGHLY = 0.03
-COMES_BACK = 3e-3  # of the state's size, in the unbroken run
-SURE = 2.0  # times what is left as the last periods say it
 QUIET = 1.0 / 16.0  # of a period between a section and a turn of the motion, else it moves
 # a part of the motion by which it is pushed aside, and oscillations in which it must come back
 AWAY = 0.02
@@ -201,13 +201,12 @@ class _Path:
 
     def periods(self, oscillations: float, least: int = 1) -> int:
         """Periods of the drive that hold so many oscillations of the mass; a record's may hold many."""
-        natural = 2.0 * math.pi / (self.size * self.device.h)
-        return max(math.ceil(oscillations * min(natural, 1.0)), least)
+        return periods_that_hold(oscillations, self.size * self.device.h, least)
 
     @property
     def longest(self) -> int:
         """Periods of a run of a mass that is not linear, until it may be near a response."""
-        return self.periods(LONGEST, 2 * MULTIPLES)
+        return self.periods(LONGEST_WAY, 2 * MULTIPLES)
 
     def unbroken(
         self, section: CoupledState, turns: int, times: int
@@ -245,13 +244,11 @@ class _Path:
         changed = [drive.nodes[name] - drive.nodes_earlier[name] for name in names]
         residual = settled.slow[:, 2:] @ np.array(changed) / scales.volts
         residual[:2] = sections[-1, :2] - sections[-2, :2]
-        way, less = settled.left(residual)
-        unexplained = settled.unexplained(residual)
-        if settled.residual_norm(residual) + settled.size(settled.slow @ way) + unexplained > most:
+        rest = settled.remainder(residual)
+        if rest.size > most:
             settled.state = flat(section, scales.volts)
             return None
         power, square, _ = means = self.means(drive)
-        left = SURE * (np.abs(less) / np.maximum(means, 1e-300) + unexplained)
         ledger = ledger_of(drive.state[0], scales, drive.smoothing, self.device.load.linear)
         probed = means_of_probes(self.device.probes, drive) if self.device.probes else None
         wave = drive.kicked[-turns * self.size :, [0, 2]]
@@ -266,7 +263,7 @@ class _Path:
             power=power,
             square=square,
             ledger=ledger,
-            left=left,
+            left=rest.shares(means),
             periods=self.mass_steps / self.size,
             steps=self.steps,
             wave=wave,

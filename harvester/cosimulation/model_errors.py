@@ -21,6 +21,7 @@ import cloudpickle
 from harvester.errors import HarvesterError, InputError, escaped
 
 FUNCTIONS = ("drift", "kick", "source", "event", "jump")
+IN_PYTHON = "`compiled`=False runs it in plain Python"
 LONGEST = 200  # letters of a text that is quoted
 HEADING = re.compile("(Failed in|During:)")  # of numba's errors
 COLOUR = re.compile(r"\x1b\[[\d;]*m")
@@ -78,7 +79,7 @@ def is_interrupt(error: BaseException) -> bool:
     return dis.opname[trace.tb_frame.f_code.co_code[trace.tb_lasti]] != "RAISE_VARARGS"
 
 
-def not_compiled(error: Exception, model: str) -> InputError:
+def not_compiled(error: Exception, model: str, remedy: str = IN_PYTHON) -> InputError:
     """The error for a model that numba does not compile, with the line that numba names."""
     text = COLOUR.sub("", str(error))
     lines = [line for line in map(str.strip, text.splitlines()) if line]
@@ -90,7 +91,7 @@ def not_compiled(error: Exception, model: str) -> InputError:
     at = f" ({Path(of_model[-1][0]).name}, line {of_model[-1][1]})" if of_model else ""
     return InputError(
         f"`model` must be such that numba compiles it, but {model} is not: {quoted(why)}{at} "
-        "(`compiled`=False runs it in plain Python)"
+        f"({remedy})"
     )
 
 

@@ -19,11 +19,12 @@ SMALL = 400
 
 
 class Chain:
-    """The operator A - shift M of some modes that follow each other, factorised, with the mass matrix M.
+    """The operator A - shift M of modes that follow each other, factorised; M: the mass matrix.
 
-    Without a shift mode 0 alone is singular: its solutions are the stationary densities of any mass.  ``pin`` is the
-    element whose mass is added there to its own equations, so that the solution of A p = (that element's integrals) has
-    the mass 1 in it; None if the equations are not singular.
+    Without a shift mode 0 alone is singular: its solutions are the stationary densities of any
+    mass.  ``pin`` is the element whose mass is added there to its own equations, so that the
+    solution of A p = (that element's integrals) has the mass 1 in it; None if the equations are not
+    singular.
     """
 
     def __init__(
@@ -69,7 +70,7 @@ class Chain:
         return np.outer(self.form.x_mass[element].sum(axis=0), self.form.over_v(self.form.v_mass))
 
     def _of(self, element: int, right: Any, transposed: int = 0) -> Any:
-        """The solution of one element for a right side of the shape (modes, nodes in x, nodes in v)."""
+        """The solution of one element for a right side (modes, nodes in x, nodes in v)."""
         if self.inverses:
             inverse = self.inverses[element]
             solution = (inverse.T if transposed else inverse) @ right.ravel()
@@ -80,7 +81,7 @@ class Chain:
         return solution.reshape(self.count, *self.nodes)
 
     def solve(self, right: Any) -> Any:
-        """The density of A p = right, both of the shape (modes, x-elements, nodes in x, nodes in v)."""
+        """The density of A p = right, both (modes, x-elements, nodes in x, nodes in v)."""
         p = np.empty_like(right)
         y = right.copy()
         count = right.shape[1]

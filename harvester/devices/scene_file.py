@@ -73,7 +73,8 @@ def check(path: Path, force: bool) -> None:
     Raises InputError if it is there and not to be overwritten, or its folder is not there.
     """
     if path.exists() and not path.is_file():
-        raise InputError(f"FILE must be a file to write, but {shown(str(path))} is a folder")
+        kind = "a folder" if path.is_dir() else "a device, pipe or socket"
+        raise InputError(f"FILE must be a file to write, but {shown(str(path))} is {kind}")
     if path.exists() and not force:
         raise InputError(
             f"FILE must be new, but {shown(str(path))} is there: another name, or `force`"

@@ -149,14 +149,18 @@ class Cheapest(MonteCarloOptions, Engine):
         return _because(best.answer, why, within, error, needed=needed)
 
     def _for_netlist(self, problem: Problem) -> list[type[Slow | Compiled | Spice]]:
-        """The engines for a netlist, the cheapest first; `Spice` always knows its error."""
+        """The engines for a netlist, the cheapest first; `Spice` always knows its error.
+
+        A record repeats in ngspice until the response does, which may last longer than a budget and
+        leave `Compiled` nothing of it.
+        """
         kinds: list[type[Slow | Compiled | Spice]] = []
         free = (self.trajectories, self.duration, self.dt) == (None, None, None)
         if free and is_slow(problem):
             kinds.append(Slow)
         if Compiled.refusal(problem) is not None:
             return [*kinds, Spice]
-        if stands_alone(problem):
+        if stands_alone(problem) or problem.equations.record is not None:
             return [*kinds, Compiled, Spice]
         return [*kinds, Spice, Compiled]
 
@@ -167,9 +171,8 @@ class Cheapest(MonteCarloOptions, Engine):
         names = {field.name for field in dataclasses.fields(kind)}
         given = {name: value for name, value in vars(self).items() if name in names}
         budget = None if math.isinf(left) else max(round(left, 1), SHORTEST)
-        if gives_up:
-            kind = type(kind.__name__, (kind,), {"GIVES_UP": True})
-        return kind(**{**given, "budget": budget})
+        engine = kind(**{**given, "budget": budget})
+        return engine.giving_up() if gives_up else engine
 
     def _unaveraged(self, problem: Problem, progress: Progress | None) -> Estimate:
         """The answer of `Density` if sampling would be far longer, else of `Ensemble`."""

@@ -116,8 +116,7 @@ class Compiled(Ensemble):
         problem = served(type(self), scene)
         self.check_times(problem.physical)
         if watches := bool(self.probe or self.ledger):
-            assert problem.circuit is not None, "refusal checks this"
-            circuit = compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
+            circuit = compiled_circuit(problem.load_circuit, problem.scales, TOLERANCE)
             check_watched(problem, circuit, self.probe, self.ledger)
         is_sampled = not problem.equations.is_steady
         if is_sampled or (self.trajectories, self.duration) != (None, None):
@@ -144,8 +143,7 @@ class Compiled(Ensemble):
         from harvester.mechanics.kernels.noise import child
 
         eqs = problem.equations
-        assert problem.circuit is not None, "refusal checks this"
-        ideal = ideal_circuit(problem.circuit, problem.scales)
+        ideal = ideal_circuit(problem.load_circuit, problem.scales)
         if ideal is None or not eqs.is_shaken_by_white_noise or eqs.has_unlike_wells:
             return trajectories
         seed = child(trajectories.seed, 4)
@@ -193,6 +191,5 @@ class Compiled(Ensemble):
         """The simulation for a problem that the engine supports."""
         from harvester.circuits.compiled_circuit import compiled_circuit
 
-        assert problem.circuit is not None, "refusal checks this"
-        circuit = compiled_circuit(problem.circuit, problem.scales)
+        circuit = compiled_circuit(problem.load_circuit, problem.scales)
         return Model(problem.equations, circuit, "load", problem.equations.beta or 0.0)

@@ -124,9 +124,8 @@ def _periods(
     from harvester.circuits.circuit_period import periodic_response
     from harvester.circuits.compiled_circuit import compiled_circuit
 
-    assert problem.circuit is not None, "the engine supports netlists"
     eqs = problem.equations
-    circuit = compiled_circuit(problem.circuit, problem.scales, TOLERANCE)
+    circuit = compiled_circuit(problem.load_circuit, problem.scales, TOLERANCE)
     h, halvings = steps_in_period(eqs, options.step(problem.units.frequency))
     enough = min(max(SETTLED * within, FINEST), ROUGHEST)
     periods = CompiledPeriods()
@@ -179,10 +178,9 @@ def _origin(problem: Problem, response: "CircuitPeriod") -> "Origin":
     from harvester.mechanics.kernels.compiled import interpreted
     from harvester.mechanics.kernels.equation_of_motion import kick
 
-    assert problem.circuit is not None, "the engine supports netlists"
     path = response.path
     c = coefficients(problem.equations)
-    voltages = compiled_circuit(problem.circuit, problem.scales).voltages(response.state)
+    voltages = compiled_circuit(problem.load_circuit, problem.scales).voltages(response.state)
     assert path.shaking is not None, "the drive is steady"
     voltage = float(path.samples[-1, 1])
     a = float(path.shaking[-1])

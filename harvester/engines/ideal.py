@@ -121,8 +121,7 @@ class Ideal(Ensemble):
         """The simulation for a problem that the engine supports."""
         from harvester.circuits.idealised import ideal_circuit
 
-        assert problem.circuit is not None, "refusal checks this"
-        circuit = ideal_circuit(problem.circuit, problem.scales)
+        circuit = ideal_circuit(problem.load_circuit, problem.scales)
         return Model(problem.equations, circuit, "load", problem.equations.beta or 0.0)
 
     def model_errors(
@@ -145,11 +144,10 @@ def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
     """
     from harvester.circuits.idealised import switching_time
 
-    assert problem.circuit is not None, "the engine supports netlists only"
     eqs = problem.equations
     fastest = 1.0 if eqs.modes is None else eqs.modes.highest(eqs.spring[0], eqs.beta or 0.0)
     frequency = problem.scales.frequency * max(eqs.drive_frequency or 1.0, fastest)
-    seconds = switching_time(problem.circuit, problem.scales)
+    seconds = switching_time(problem.load_circuit, problem.scales)
     share = seconds * frequency / math.pi
     numbers = {"seconds": seconds, "share": share, "worse": WORSE}
     return (
@@ -159,11 +157,10 @@ def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
 
 def _low_voltage(problem: Problem, answer: Estimate) -> tuple[Diagnostic, ...]:
     """A warning if a SECE's voltage is low compared with the losses of its diodes and switch."""
-    assert problem.circuit is not None, "the engine supports netlists only"
     volts = math.sqrt(max(answer.mean_square_voltage.value, 0.0))
     low = (
         problem.physical
-        and problem.circuit.topology == "sece"
+        and problem.load_circuit.topology == "sece"
         and problem.equations.is_random
         and volts < LOW
     )

@@ -48,14 +48,13 @@ def difference_from_compiled(
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
     settled = pair.trajectories
-    assert problem.circuit is not None, "engine ideal supports netlists"
     if time.perf_counter() > deadline - FEWEST_SECONDS:
         return {}
     try:
-        circuit = compiled_circuit(problem.circuit, problem.scales)
+        circuit = compiled_circuit(problem.load_circuit, problem.scales)
         if problem.equations.is_steady:
             return _of_periods(
-                compiled_circuit(problem.circuit, problem.scales, STEADY), problem, pair
+                compiled_circuit(problem.load_circuit, problem.scales, STEADY), problem, pair
             )
         slowest = max(memory(settled, pair.moments, pair.duration), circuit.memory)
         if slowest > LONGEST:

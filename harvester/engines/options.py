@@ -38,6 +38,8 @@ class Request:
     seed: int = 0
 
     FINEST: ClassVar[float] = 1e-5  # the least ``within`` that may be asked for
+    # whether an engine that is seen not to reach its target leaves the budget to another
+    GIVES_UP: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         names_arguments(dataclass(frozen=True, kw_only=True)(cls))
@@ -58,6 +60,12 @@ class Request:
         """The engine with the noise of another seed."""
         return replace(self, seed=seed)
 
+    def giving_up(self) -> Self:
+        """The engine that leaves the budget to another if it is seen not to reach its target."""
+        engine = replace(self)
+        object.__setattr__(engine, "GIVES_UP", True)
+        return engine
+
 
 class MonteCarloOptions(Request):
     """Options of the engines that sample.
@@ -74,8 +82,6 @@ class MonteCarloOptions(Request):
     CONTROLS: ClassVar[bool] = True  # sums of mean zero explain what they can of a mean's spread
     PAIRING: ClassVar[bool] = True  # ngspice's runs go beside a cheap model on the same noise
     SETTLED: ClassVar[bool] = True  # and begin in states of a circuit of ideal elements
-    # whether an engine that is seen not to reach its target leaves the budget to another
-    GIVES_UP: ClassVar[bool] = False
 
     duration: float | str | None = None
     trajectories: int | None = None

@@ -156,8 +156,7 @@ def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:
         return refusal("needs_netlist", engine, engine=engine)
     from harvester.circuits.solvability import check_solvable
 
-    assert problem.circuit is not None, "a netlist is a circuit"
-    check_solvable(problem.circuit)
+    check_solvable(problem.load_circuit)
     return None
 
 
@@ -165,9 +164,8 @@ def needs_compiled_circuit(problem: Problem, engine: str) -> Diagnostic | None:
     """Why an engine does not support a netlist, of whose elements no compiled circuit is made; None if it can."""
     from harvester.circuits.compiled_circuit import compiled_circuit
 
-    assert problem.circuit is not None, "a netlist is a circuit"
     try:
-        compiled_circuit(problem.circuit, problem.scales)
+        compiled_circuit(problem.load_circuit, problem.scales)
     except InputError as error:
         return refusal("needs_compiled_circuit", engine, engine=engine, why=str(error))
     return None

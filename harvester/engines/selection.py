@@ -26,7 +26,7 @@ from harvester.errors import (
     unknown,
 )
 from harvester.machine.automatic import reporting
-from harvester.presentation.diagnostic import Diagnostic, note
+from harvester.presentation.diagnostic import Diagnostic, note, refusal
 from harvester.presentation.engine_look import LOOKS
 
 Named: TypeAlias = Engine | str  # an engine, or the name of one
@@ -164,7 +164,7 @@ def sooner(chosen: Engine, scene: AnyScene) -> tuple[str, ...]:
     """The engine that answers sooner than ngspice with the same circuit; () for none."""
     if not isinstance(chosen, Spice) or chosen.probe or chosen.ledger:
         return ()
-    return (Slow.NAME,) if Slow.refusal(Problem.of(scene)) is None else ()
+    return (Slow.NAME,) if is_slow(Problem.of(scene)) else ()
 
 
 def answer_of(chosen: Engine, scene: AnyScene, progress: Progress | None = None) -> Estimate:
@@ -175,9 +175,8 @@ def answer_of(chosen: Engine, scene: AnyScene, progress: Progress | None = None)
     except OutOfTimeError as error:
         if not names:
             raise
-        raise OutOfTimeError(
-            f"{error}; engine {names[0]!r} supports this scene and needs seconds"
-        ) from None
+        late = refusal("late_where_slow_serves", why=str(error), other=names[0])
+        raise OutOfTimeError(str(late)) from None
     remarks = (note("slow_serves", other=name) for name in names)
     return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, *remarks))
 

@@ -18,12 +18,14 @@ from harvester.engines.protocol import (
     needs_one_mode,
     served,
 )
+from harvester.engines.spice.estimates import missed
 from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, SimulationError, UnboundedResponseError
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
+from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
     from harvester.storage.checked_mean import SlowPower
@@ -96,9 +98,8 @@ class Slow(Request, Engine):
             return refusal("needs_drive_or_noise", cls.NAME, engine=cls.NAME)
         if (other := needs_compiled_circuit(problem, cls.NAME)) is not None:
             return other
-        assert problem.circuit is not None
-        plain = is_plain_store(problem.circuit) or is_lossy_store(problem.circuit)
-        if plain or cut_behind_rectifier(problem.circuit) is None:
+        plain = is_plain_store(problem.load_circuit) or is_lossy_store(problem.load_circuit)
+        if plain or cut_behind_rectifier(problem.load_circuit) is None:
             return refusal("needs_chip", cls.NAME, engine=cls.NAME)
         return None
 
@@ -122,30 +123,28 @@ class Slow(Request, Engine):
                 begin = time.perf_counter()
             deadline = None if budget is None else begin + budget
             solution = power_of(problem, cut, self.seed, deadline)
-        if solution is not None and is_random and not solution.scales_apart:
+        if solution is None:
+            return self._in_short(problem, begin)
+        together = not solution.scales_apart
+        if together and is_random:
             direct = self._directly(problem, solution, progress, deadline)
             if direct is not None:
                 return direct
-            solution = None
-        if solution is None:
-            return self._in_short(problem, known.warning, begin)
+            together = False
         scales = problem.scales
         power = solution.power.with_unknown(known.unknown)
-        how = "slow_circuit_alone" if solution.scales_apart else "run_directly"
+        how = "run_directly" if together else "slow_circuit_alone"
         diagnostics = [
             note(how, direct=solution.direct, separation=solution.separation),
             known.warning,
         ]
+        if not (together or solution.scales_apart):
+            diagnostics.append(warning("scales_not_apart", separation=solution.separation))
         if solution.changed > SETTLED:
             diagnostics.append(
                 warning("slow_circuit_unsettled", seconds=solution.duration, share=solution.changed)
             )
-        if (
-            within := number(self.within)
-        ) is not None and power.known_error95 > within * power.value:
-            diagnostics.append(
-                warning("steady_within", within=within, error=power.known_error95 / power.value)
-            )
+        diagnostics.append(self._missed(power))
         return estimate(
             self.NAME,
             problem,
@@ -157,12 +156,18 @@ class Slow(Request, Engine):
             details={"duration": solution.duration, "step": solution.slow_step, **solution.load},
         )
 
-    def _in_short(self, problem: Problem, remark: Diagnostic | None, begin: float) -> Estimate:
+    def _missed(self, power: Value) -> Diagnostic | None:
+        """The warning that a power is not known ``within`` the target; None if it is, or there is none."""
+        within = number(self.within)
+        return None if within is None else missed(within, power)
+
+    def _in_short(self, problem: Problem, begin: float) -> Estimate:
         """The quick answer, if the budget leaves no time for another; begun at ``begin``."""
         soon = self.quick(problem)
-        missed = warning("quick_in_budget", budget=number(self.budget))
-        said = [*soon.diagnostics, *([] if remark is None else [remark]), missed]
-        return replace(soon, diagnostics=tuple(said), seconds=time.perf_counter() - begin)
+        short = warning("quick_in_budget", budget=number(self.budget))
+        return replace(
+            soon, diagnostics=(*soon.diagnostics, short), seconds=time.perf_counter() - begin
+        )
 
     def _directly(
         self,
@@ -186,8 +191,12 @@ class Slow(Request, Engine):
             if share < LEAST_TOGETHER:
                 return None
             seconds *= min(share, 1.0)
-        duration = seconds * problem.scales.frequency / problem.units.frequency
-        engine = Compiled(seed=self.seed, duration=duration, trajectories=BATCH, budget=left)
+        engine = Compiled(
+            seed=self.seed,
+            duration=seconds * problem.scales.frequency / problem.units.frequency,
+            trajectories=BATCH,
+            budget=left,
+        )
         try:
             direct = engine.run(problem, progress)
         except (UnboundedResponseError, CircuitError):
@@ -196,8 +205,10 @@ class Slow(Request, Engine):
             if left is None:
                 raise
             return None
-        how = note("run_directly", direct=solution.duration, separation=solution.separation)
-        return replace(direct, engine=self.NAME, diagnostics=(how, *direct.diagnostics))
+        duration = direct.details["duration"]
+        how = note("run_directly", direct=duration, separation=solution.separation)
+        remarks = [how, *direct.diagnostics, self._missed(direct.mean_power)]
+        return replace(direct, engine=self.NAME, diagnostics=tuple(filter(None, remarks)))
 
     def quick(self, scene: AnyScene) -> Estimate:
         """The same in some hundredths of a second, off by a few per cent.
@@ -208,8 +219,10 @@ class Slow(Request, Engine):
         from harvester.storage.quick_power import quick_power
 
         problem, cut = self._parted(scene)
+        known = existence(problem)
         begin = time.perf_counter()
         power, square, path = quick_power(problem, cut)
+        power, square = (value.with_unknown(known.unknown) for value in (power, square))
         v2 = square.scaled(problem.scales.volts**-2)
         power = power.scaled(1.0 / problem.scales.watts)
         return estimate(
@@ -217,7 +230,7 @@ class Slow(Request, Engine):
             problem,
             v2=v2,
             power=power,
-            diagnostics=[],
+            diagnostics=[known.warning, self._missed(power)],
             seconds=time.perf_counter() - begin,
             steps=path.steps,
             details=of_load(path),
@@ -228,9 +241,8 @@ class Slow(Request, Engine):
         from harvester.storage.rectifier_cut import cut_behind_rectifier
 
         problem = served(type(self), scene)
-        assert problem.circuit is not None, "refusal checks this"
         check_bounded(problem.equations, driven=True)
-        cut = cut_behind_rectifier(problem.circuit)
+        cut = cut_behind_rectifier(problem.load_circuit)
         assert cut is not None, "refusal checks this"
         return problem, cut
 

@@ -58,6 +58,12 @@ class Problem:
             else Problem(replace(self.scene, load=Load(resistance=resistance)))
         )
 
+    @property
+    def load_circuit(self) -> "LoadCircuit":
+        """The load's circuit for an engine that has refused an open circuit."""
+        assert self.circuit is not None, "an engine's refusal checks this"
+        return self.circuit
+
     def in_circuit(self, unit: str) -> float:
         """The value of one of the scene's own units in the circuit that runs, for a quantity in V, A, W or J."""
         if self.physical:

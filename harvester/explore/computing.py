@@ -56,7 +56,7 @@ class Newest(Generic[T]):
             self._news.notify_all()
 
     def rests(self, seconds: float) -> bool:
-        """Wait that long, but no longer than until something newer is asked for: whether nothing was."""
+        """Wait that long, or until something newer is asked for: whether nothing was."""
         with self._news:
             return not self._news.wait_for(self._overtaken, seconds)
 

@@ -43,8 +43,8 @@ _NAMES = {
     "piezo.capacitance": "clamped capacitance",
     "excitation.acceleration_psd": "PSD of the base acceleration",
     "excitation.acceleration_amplitude": "amplitude of the base acceleration",
-    "excitation.frequency": "drive frequency",
-    "nondimensional.drive_frequency": "drive frequency Ω",
+    "excitation.frequency": "excitation frequency",
+    "nondimensional.drive_frequency": "excitation frequency Ω",
 }
 
 

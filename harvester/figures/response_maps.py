@@ -42,7 +42,7 @@ def response_map(answers: Sequence[FrequencyResponse], title: str | None, per_g:
         [*powers.values()],
     )
     hertz = scale(
-        "drive frequency" if units.frequency else "drive frequency Ω", units.frequency, at
+        "excitation frequency" if units.frequency else "excitation frequency Ω", units.frequency, at
     )
     norm = _colours([values / power.factor for values in powers.values()])
     shown = [*powers] if any(answer.hysteresis for answer in answers) else [*powers][:1]
@@ -61,7 +61,7 @@ def response_map(answers: Sequence[FrequencyResponse], title: str | None, per_g:
             panel.set_title(f"{direction} the frequencies" if len(shown) > 1 else "")
             panel.set_ylabel("" if number else panel.get_ylabel())
         _bar(figure.colorbar(drawn, ax=list(axes[0]), label=power.label), isinstance(norm, LogNorm))
-        entitle(figure, title, "Mean power against drive frequency and " + quantity(key)[0])
+        entitle(figure, title, "Mean power against frequency and " + quantity(key)[0])
         legend(figure)
     return figure
 

@@ -1,4 +1,4 @@
-"""The figure of frequency responses: power, voltage, displacement and phases against the frequency."""
+"""The figure of frequency responses: power, voltage, displacement and phases."""
 
 import math
 from collections.abc import Sequence
@@ -81,7 +81,7 @@ class SizePanel:
 def response(
     answer: FrequencyResponse | FrequencyResponses, title: str | None, per_g: bool = False
 ) -> Plot:
-    """Draw power, RMS voltage, RMS displacement and phases, with a bar for each half-power bandwidth of one response.
+    """Draw power, voltage, displacement and phases; one response has its half-power bandwidths.
 
     Up and down are one curve if they cannot be distinguished.  Several responses differ in
     colour; for many values of one key the power is drawn as a map (`response_maps`).  ``per_g``:
@@ -97,7 +97,7 @@ def _response_curves(answers: Sequence[FrequencyResponse], title: str | None, pe
     curves = [one_curve for answer in answers for one_curve in _curves(answer, answers)]
     units = answers[0].unit_names
     points = [p for one_curve in curves for p in one_curve.points]
-    frequency = "drive frequency" if units.frequency else "drive frequency Ω"
+    frequency = "excitation frequency" if units.frequency else "excitation frequency Ω"
     hertz = scale(frequency, units.frequency, [p.frequency for p in points])
     sizes = _size_panels(points, units, per_g)
     turned = any(p.voltage_phase is not None for p in points)
@@ -113,7 +113,7 @@ def _response_curves(answers: Sequence[FrequencyResponse], title: str | None, pe
         if turned:
             _phases(all_panels[len(sizes)], curves, hertz.factor, bool(units.frequency))
         _close(all_panels, panels, columns, broken(hertz.label, 30))
-        entitle(figure, title, "Mean power against the drive frequency")
+        entitle(figure, title, "Mean power against the excitation frequency")
         legend(figure, _note(curves, len(answers)))
         write_labels(all_panels[0], [_peak(one_curve, hertz.factor) for one_curve in alone])
     return figure
@@ -172,7 +172,7 @@ def _curves(
 def _among_others(
     engine: str, values: Sequence[str], number: int, engines: bool, direction: str
 ) -> dict[str, Any]:
-    """The look of one of several responses: its colour by the value or the engine, its marker by the engine."""
+    """The look of one of several responses: colour by value or engine, marker by engine."""
     words = [values[number]] if len(values) > 1 else []
     words += ([engine] if engines else []) + ([direction] if direction else [])
     engine_look = look_of(engine)
@@ -234,7 +234,7 @@ def _unwrapped(phases: Sequence[float | None]) -> Floats:
 
 
 def _bandwidths(top: Axes, curves: Sequence[DirectedResponse], hertz: float) -> None:
-    """Draw each half-power bandwidth that is within its sweep as a wide pale bar at half the largest power."""
+    """Draw each half-power bandwidth within its sweep as a pale bar at half the largest power."""
     label = "half-power bandwidth"
     for one_curve in curves:
         answer = one_curve.answer
@@ -280,7 +280,7 @@ def _alike(answer: FrequencyResponse, name: str) -> bool:
 
 
 def _note(curves: Sequence[DirectedResponse], several: int) -> str:
-    """The meaning of the error bars; their size if they are too small to be seen; which curves are not drawn."""
+    """The meaning of the error bars, or their size if it is small; which curves are not drawn."""
     powers: list[Value] = [p.mean_power for one_curve in curves for p in one_curve.points]
     error = max(v.known_error95 for v in powers)
     largest = max(abs(v.value) for v in powers)

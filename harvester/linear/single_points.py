@@ -231,6 +231,8 @@ def _count(read: "list[DataSheetPoint]", sought: "list[str]") -> str:
     given = " and ".join(f"`{point.name}`" for point in read)
     names = " and ".join(f"`{name}`" for name in sought) or "none"
     remedy = "give one more, or another point" if len(sought) > len(read) else "leave one out"
+    if len(sought) > len(read) and "q" in sought:
+        remedy += ", or use harvester identify, which has a prior for q"
     return (
         f"{given} must replace as many values as there are points, {len(read)}, but left out are "
         f"{names}: {remedy} (coupling, q and mass can be replaced)"

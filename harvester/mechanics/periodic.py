@@ -37,6 +37,11 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import CircuitError
 
 MULTIPLES = 8  # periods of the drive that a periodic response may take
+FIRST = 4  # oscillations of the mass from rest before the way is shortened
+# the same of a mass that is not linear; times so many at most, until it is near a response
+LONGEST_WAY, WANDERS = 60, 5
+COMES_BACK = 3e-3  # of the state's size, in the run that measures the response
+SURE = 2.0  # times what is left as the last periods say it
 MEMORY = 12  # periods that are combined
 MOST = 80  # periods
 PROBED = 0.01  # of the state's size: a change that shows the derivative, and no noise
@@ -76,6 +81,11 @@ def periods_to_settle(eqs: Equations, turns: int) -> float:
     return min(-1.0 / left, LONGEST) if left < 0.0 else LONGEST
 
 
+def periods_that_hold(oscillations: float, period: float, least: int = 1) -> int:
+    """How many periods of the drive hold so many oscillations of the mass, at least ``least``."""
+    return max(math.ceil(oscillations * min(2.0 * math.pi / period, 1.0)), least)
+
+
 # a state -> the state a period later, and the means over that period
 Turn = Callable[[Floats], tuple[Floats, Floats]]
 
@@ -87,6 +97,24 @@ class Secants:
     states: Floats
     residuals: Floats
     means: Floats
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """The rest of the way to a fixed point.
+
+    ``size`` is relative to the state's; ``means`` are their changes on that way; ``unexplained`` is
+    the part of ``size`` that no known change explains (`Settling.unexplained`).
+    """
+
+    size: float
+    means: Floats
+    unexplained: float
+
+    def shares(self, means: Floats, stderr: Floats | float = 0.0) -> Floats:
+        """The parts of ``means`` that the rest may change, with their standard error."""
+        known = (np.abs(self.means) + stderr) / np.maximum(means, 1e-300)
+        return np.asarray(SURE * (known + self.unexplained))
 
 
 @dataclass
@@ -166,6 +194,13 @@ class Settling:
             changes, share = self._combination(rest)
             rest = rest if changes is None else rest - share @ changes.residuals
         return self.slowest * self.residual_norm(rest)
+
+    def remainder(self, residual: Floats) -> Remainder:
+        """The rest of the way, of which ``residual`` is as of `left`."""
+        left, means = self.left(residual)
+        unexplained = self.unexplained(residual)
+        size = self.residual_norm(residual) + self.size(self.slow @ left) + unexplained
+        return Remainder(size, means, unexplained)
 
     def _combination(self, residual: Floats) -> tuple[Secants | None, Floats]:
         """The known changes, and how much of each explains the slow part of f(y) - y; None before there are any."""

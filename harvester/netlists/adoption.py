@@ -37,6 +37,7 @@ from harvester.netlists.deck_roles import load_of, store_of
 from harvester.netlists.element_lines import Element, read_element
 from harvester.netlists.flat import net_of
 from harvester.netlists.read_lines import Line, included_lines, library_of, own_lines
+from harvester.netlists.unintended import unintended_number, unintended_texts
 from harvester.netlists.words import tokens_of
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 
@@ -81,7 +82,7 @@ class Adoption:
     terminals, resistor, store
         of the scene's table [load]; store is None without one.
     capacitance
-        the piezo's, as the deck writes it; "" without one.
+        the piezo's in farad, as a scene's number with a prefix; "" without one.
     diagnostics
         the treatment of the deck's lines.
     """
@@ -108,7 +109,8 @@ def adopt(
     check_form(path)
     deck = _read(path)
     piezo, gone = _piezo(deck, terminals)
-    deck.remarks += _on_piezo(piezo)
+    capacitance = piezo.capacitance(deck.parameters)
+    deck.remarks += _on_piezo(piezo, capacitance)
     texts = {line: line.text for line in deck.kept if line not in gone}
     left, measured = _without_readers(deck, texts, gone, piezo)
     resistor = load_of(left, measured, load, path.name)
@@ -120,7 +122,6 @@ def adopt(
         deck.remarks.append(step.offered(texts, deck.parameters, left, resistor, kept_store))
     deck.remarks += on_libraries(deck.missing, texts, deck.models)
     lines = [f"* from {path.name}, by harvester adopt", *texts.values(), ".end", ""]
-    capacitance = piezo.capacitance
     name = None if kept_store is None else kept_store.name
     remarks = tuple(deck.remarks)
     return Adoption("\n".join(lines), piezo.nets, resistor.name, name, capacitance, remarks)
@@ -222,6 +223,9 @@ def _read_card(deck: SimulationDeck, line: Line) -> None:
         _read_options(deck, line)
     elif line.word == ".step":
         deck.steps.append(read_step(line))
+        named = {"element": line.word, "line": line.where, "unit": ""}
+        odd = (unintended_number(word, named) for word in tokens_of(line.text)[1:])
+        deck.remarks += [remark for remark in odd if remark is not None]
     else:
         raise unknown(f"card in deck {line.where}", line.word, (*KEPT, *LEFT_OUT, ".step"))
 
@@ -279,7 +283,7 @@ def _on_commands(commands: Sequence[Line]) -> Iterator[Diagnostic]:
             yield warning("deck_command_changes", command=line.text[:60], line=line.where)
 
 
-def _on_piezo(piezo: DeckDevice) -> Iterator[Diagnostic]:
+def _on_piezo(piezo: DeckDevice, capacitance: str) -> Iterator[Diagnostic]:
     """Remarks on the elements that the scene's device replaces."""
     nets = ",".join(piezo.nets)
     for drive in piezo.drives:
@@ -291,7 +295,9 @@ def _on_piezo(piezo: DeckDevice) -> Iterator[Diagnostic]:
     if piezo.capacitors:
         texts = ", ".join(each.line.text[:60] for each in piezo.capacitors)
         lines = ", ".join(each.line.where for each in piezo.capacitors)
-        yield note("deck_capacitance", text=texts, line=lines, value=piezo.capacitance)
+        yield note("deck_capacitance", text=texts, line=lines, value=capacitance)
+    for each in piezo.capacitors:
+        yield from unintended_texts(each)
     if not piezo.drives:
         yield note("deck_no_drive", nets=nets)
 

@@ -57,7 +57,9 @@ class ParameterStep:
             )
             and line not in [user.line for user in users]
         ]
-        if len(users) != 1 or others or self.name not in parameters or not self.values:
+        if not self.values:
+            return warning("deck_step_too_long", text=self.text, most=MOST)
+        if len(users) != 1 or others or self.name not in parameters:
             return warning("deck_step_left_out", text=self.text)
         user = users[0]
         value = parameters[self.name].strip("{}'")

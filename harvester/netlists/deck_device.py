@@ -12,11 +12,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from itertools import chain
 
-from harvester.errors import InputError, unknown
+from harvester.errors import InputError, invalid, unknown
 from harvester.netlists.element_lines import Element
 from harvester.netlists.expression import plain_number
 from harvester.netlists.flat import net_of
 from harvester.netlists.words import tokens_of
+from harvester.quantities.units import SYMBOLS
 
 Nets = tuple[str, str]
 
@@ -39,22 +40,41 @@ class DeckDevice:
         """All elements that a scene's device replaces."""
         return (*self.drives, *self.capacitors, *self.motion)
 
-    @property
-    def capacitance(self) -> str:
-        """The sum of the capacitances (F); the texts if they depend on names; "" without one."""
-        if len(self.capacitors) == 1 and not self.capacitors[0].options:
-            text = tokens_of(self.capacitors[0].line.text)[3]
-            if plain_number(text) is not None:
-                return text
-        parts = [each.value for each in self.capacitors]
-        many = [each.options.get("m") for each in self.capacitors]
-        if not parts:
+    def capacitance(self, parameters: Mapping[str, str]) -> str:
+        """The sum of the capacitances (F), as a scene's number with a prefix; "" without one.
+
+        ``parameters`` are the texts of the deck's parameters by name. If a value depends on more
+        than one name, it is the texts of the values.
+
+        Raises InputError for a capacitance that is not above 0.
+        """
+        if not self.capacitors:
             return ""
-        if any(each is None or not each.is_constant for each in (*parts, *filter(None, many))):
-            return " + ".join(" ".join(tokens_of(each.line.text)[3:]) for each in self.capacitors)
-        pairs = zip(parts, many, strict=True)
-        total = sum(part.value * (m.value if m else 1.0) for part, m in pairs if part)
-        return f"{total:.12g}"
+        total = 0.0
+        for each in self.capacitors:
+            value = _number(each, parameters)
+            if value is None:
+                return " + ".join(" ".join(tokens_of(e.line.text)[3:]) for e in self.capacitors)
+            if value <= 0.0:
+                must = "have a capacitance above 0 F"
+                raise invalid(f"{each.name} of deck {each.line.where}", must, f"{value:g}")
+            total += value
+        power = max((p for p in SYMBOLS if p <= 0 and 10.0**p <= total * (1 + 1e-9)), default=-15)
+        return f"{total / 10.0**power:.12g}{SYMBOLS[power]}"
+
+
+def _number(capacitor: Element, parameters: Mapping[str, str]) -> float | None:
+    """The capacitance (F) of an element, m included; None if it depends on more than one name."""
+    many = capacitor.options.get("m")
+    if many is not None and not many.is_constant:
+        return None
+    times = 1.0 if many is None else many.value
+    if capacitor.value is not None and capacitor.value.is_constant:
+        return capacitor.value.value * times
+    words = tokens_of(capacitor.line.text)[3:]
+    name = words[0].strip("{}' ").lower() if words else ""
+    value = plain_number(parameters.get(name, "").strip("{}' "))
+    return None if value is None else value * times
 
 
 def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -> DeckDevice:
@@ -78,6 +98,10 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
     if len(merged) == 1:
         return next(iter(merged.values()))
     nets = ", ".join(nets_of(elements)[:30])
+    if not nets:
+        raise InputError(
+            f"deck {file} must be a circuit, but has no element outside of subcircuits"
+        )
     give = f"give the piezo's two nets by `terminals` A,B; the nets are {nets}"
     if not merged:
         raise InputError(

@@ -58,7 +58,7 @@ def _of_texts(netlist: ParsedNetlist, load: Body) -> dict[str, Diagnostic]:
     """Warnings of texts, by load elements or by lines of subcircuits and parameters."""
     warnings: dict[str, Diagnostic] = {}
     for element in load.elements:
-        for remark in _of_text(element):
+        for remark in unintended_texts(element):
             warnings.setdefault(element.name.lower(), remark)
     inside = [body for body in netlist.subcircuits.values() if _is_own(netlist, body.line)]
     for body in inside:
@@ -66,7 +66,7 @@ def _of_texts(netlist: ParsedNetlist, load: Body) -> dict[str, Diagnostic]:
             continue
         with contextlib.suppress(InputError):  # of a subcircuit that nobody calls
             for element in body.elements:
-                for remark in _of_text(element):
+                for remark in unintended_texts(element):
                     warnings.setdefault(element.line.where, remark)
     for body in (netlist.outside, *inside):
         for line in (body.line, *body.parameter_lines):
@@ -84,7 +84,7 @@ def _first_word(line: Line) -> str:
     return line.text.split(maxsplit=1)[0]
 
 
-def _of_text(element: Element) -> Iterator[Diagnostic]:
+def unintended_texts(element: Element) -> Iterator[Diagnostic]:
     """Warnings of numbers that other programs read differently, or whose unit is a scale factor."""
     kind = element.kind
     if kind == "x":
@@ -93,8 +93,8 @@ def _of_text(element: Element) -> Iterator[Diagnostic]:
         return
     named = {"element": _first_word(element.line), "line": element.line.where, "unit": UNITS[kind]}
     for text in tokens_of(element.line.text)[1 + len(element.nodes) :]:
-        if (digits := _digits_inside(text)) is not None:
-            yield warning("digits_behind_suffix", **named, **digits)
+        if (odd := unintended_number(text, named)) is not None:
+            yield odd
             continue
         value = plain_number(text)
         if value is None:
@@ -113,11 +113,17 @@ def _of_pairs(line: Line) -> Iterator[Diagnostic]:
         named: dict[str, Number] = {"element": name, "line": line.where, "unit": ""}
         if sign != "=":
             continue
-        if (digits := _digits_inside(text)) is not None:
-            yield warning("digits_behind_suffix", **named, **digits)
+        if (odd := unintended_number(text, named)) is not None:
+            yield odd
         elif (match := _MEGA.fullmatch(text)) is not None:
             value = plain_number(text, mil=False)
             yield warning("mega_or_milli", **named, text=text, value=value, write=f"{match[1]}Meg")
+
+
+def unintended_number(text: str, named: Mapping[str, Number]) -> Diagnostic | None:
+    """A warning of a number such as ``4k7``, of the element, line and unit that are ``named``; None of another."""
+    digits = _digits_inside(text)
+    return None if digits is None else warning("digits_behind_suffix", **named, **digits)
 
 
 def _digits_inside(text: str) -> dict[str, Number] | None:

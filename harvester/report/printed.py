@@ -23,7 +23,9 @@ BEST = 20  # evaluations of an optimum in its table
 
 def of_response(scene: Scene | Problem, answer: FrequencyResponses, seed: int) -> Page:
     """The page of frequency responses: peaks and bandwidths, hysteresis, and all points with their errors."""
-    caption = "Mean power, RMS voltage, RMS displacement and phase against the drive frequency."
+    caption = (
+        "Mean power, RMS voltage, RMS displacement and phase against the excitation frequency."
+    )
     points = dataclasses.replace(answer.table, title="Points")
     answers = []
     for curve in answer.curves:

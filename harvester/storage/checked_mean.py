@@ -124,6 +124,7 @@ class CheckedMean:
         rougher: SlowCircuit,
         table: RectifiedCurrent,
         checks: dict[str, Check],
+        *,
         step: float,
         stride: int = 1,
     ) -> None:

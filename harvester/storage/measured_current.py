@@ -69,8 +69,7 @@ class Rectifier:
     """
 
     def __init__(self, problem: Problem) -> None:
-        assert problem.circuit is not None, "a scene with a rectifier has a circuit"
-        self.load, self.scales = problem.circuit, problem.scales
+        self.load, self.scales = problem.load_circuit, problem.scales
         self.held = HELD * self.scales.capacitance  # F of a store that is held
         self.parts = held_rectifier(self.load, self.held)
 

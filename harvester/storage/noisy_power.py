@@ -25,13 +25,16 @@ from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.checked_mean import (
+    COARSEST,
     FINER,
     FIRST,
     LARGEST_SEPARATION,
+    MOST,
     ROUGHER,
     Check,
     CheckedMean,
     Correction,
+    SlowPace,
     SlowPower,
     first_duration,
     mean_rate,
@@ -39,7 +42,7 @@ from harvester.storage.checked_mean import (
     settled_part,
     settled_path,
 )
-from harvester.storage.held_in_ngspice import error_of_circuit
+from harvester.storage.held_in_ngspice import error_of_circuit, seconds_of_judging
 from harvester.storage.held_stores import StoresOfMany
 from harvester.storage.measured_current import RUNS, Rectifier, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached
@@ -56,6 +59,11 @@ DIRECT = 50.0  # time constants of the mass of the direct run
 # duration of the whole over that of the first measurement; least fraction of runs and direct time
 # in a short budget
 WHOLE, LEAST_SHARE = 50.0, 0.2
+CHECKED = 4  # slow runs that are as long as the first
+GAINING = 0.7  # of what they leave, for the direct run
+# times the seconds of the first slow run, those of others; times those of mass and circuit
+# together, with those of held stores
+EASIER, OF_GAIN = 0.5, 2.0
 # of the rectifier's energy: what a chip passes on at least, for the part that it differs by
 LEAST = 0.1
 
@@ -67,14 +75,13 @@ def noisy_power(
 
     If the time scales are not apart its ``scales_apart`` is False, and it has no direct run in
     its place.  A ``deadline`` of `time.perf_counter` makes runs fewer and the direct run shorter;
-    None if it would leave less than `LEAST_SHARE` of them.
+    None if it would leave less than `LEAST_SHARE` of them, or no time for the slow runs.
 
     Raises as `harvester.storage.steady_power.steady_power`.
     """
-    assert problem.circuit is not None
     unit = time_constant(problem.equations) / problem.scales.frequency
     circuit, rough = (
-        SlowCircuit(problem.circuit, cut, problem.scales, factor * TOLERANCE)
+        SlowCircuit(problem.load_circuit, cut, problem.scales, factor * TOLERANCE)
         for factor in (1.0, ROUGHER)
     )
     step = ROUGHER * unit / FINER
@@ -87,26 +94,55 @@ def noisy_power(
         if share < LEAST_SHARE:
             return None
     table, measuring = _table(problem, rough, first, seed, share)
-    path, duration, changed = settled_path(circuit, table, unit / FINER, unit)
+    h = unit / FINER
+    slow_pace = None
+    judging = 0.0
+    if deadline is not None:
+        judging = seconds_of_judging(problem, deadline)
+        duration = min(first_duration(circuit, table, unit), MOST * h)
+        slow_pace = SlowPace.of(circuit, table, duration, h, deadline - judging)
+        if slow_pace.coarser(duration) > COARSEST:
+            return None
+    began = time.perf_counter()
+    path, duration, changed = settled_path(circuit, table, h, unit, slow_pace)
+    each = EASIER * (time.perf_counter() - began) / duration
+    seconds = share * DIRECT * unit
+    if slow_pace is not None:
+        several = 2 * PAIRS * min(duration, FIRST * unit) + CHECKED * duration
+        left = slow_pace.left - each * several
+        pilot = LEAST_SHARE * LEAST_SHARE * DIRECT * unit
+        if left < each * 2 * PAIRS * LEAST_SHARE * DIRECT * unit:
+            return None
+        began = time.perf_counter()
+        whole = compiled_circuit(problem.load_circuit, problem.scales)
+        _together(problem, whole, circuit, JUDGED * [circuit.circuit.rest], pilot, seed)
+        together = (time.perf_counter() - began) / pilot
+        seconds = min(seconds, GAINING * left / (each * 2 * PAIRS + OF_GAIN * together))
+        if seconds < LEAST_SHARE * DIRECT * unit:
+            return None
     highest = float(path.rails.max())
 
     fluctuating = _fluctuating(
         rough, table, min(duration, FIRST * unit), step, seed, PAIRS * [rough.circuit.rest]
     )
-    seconds = share * DIRECT * unit
     began = time.perf_counter()
     gain, direct = _gain(problem, rough, table, fluctuating, seconds, seed)
     pace = (time.perf_counter() - began) / (JUDGED * seconds)
-    charge = reached(table, highest, problem.circuit.smoothing or 0.0)
+    charge = reached(table, highest, problem.load_circuit.smoothing or 0.0)
     elements, _, checking = noise_check(problem, table, charge, None, seed)
-    judge, unknown = error_of_circuit(problem, highest, seed)
+    judge, unknown = error_of_circuit(
+        problem,
+        highest,
+        seed,
+        deadline=None if slow_pace is None else time.perf_counter() + judging,
+    )
     less = judge + elements + abs(gain.value)
     checks = {
         "voltages": Check(table.halved(), "model"),
         "less": Check(table.scaled(1.0 - less), "model"),
         "sampling": Check(table.shifted(), "stderr"),
     }
-    mean = CheckedMean(path, duration, rough, table, checks, step)
+    mean = CheckedMean(path, duration, rough, table, checks, step=step)
 
     assert table.square_error is not None, "noise"
     of_square = float(table.column_at("square_error", path.rails).mean())
@@ -204,9 +240,8 @@ def _gain(
     Both continue for so many ``seconds`` from the ends of the ``paths``, with the mass at rest at
     first.
     """
-    assert problem.circuit is not None
-    whole = compiled_circuit(problem.circuit, problem.scales)
-    half = 0.5 * (problem.circuit.smoothing or 0.0)  # F, of the store
+    whole = compiled_circuit(problem.load_circuit, problem.scales)
+    half = 0.5 * (problem.load_circuit.smoothing or 0.0)  # F, of the store
     ends = [path.end for path in paths]
     slow = _fluctuating(circuit, table, seconds, float(paths[0].t[0]), seed, ends)
     full = half * _last(paths, "store") ** 2
@@ -238,7 +273,6 @@ def _together(
     seed: int,
 ) -> tuple[Floats, int]:
     """The energy (J) of load and store by mass and ``whole`` circuit, and the steps."""
-    assert problem.circuit is not None
     eqs, scales = problem.equations, problem.scales
     runs = Trajectories(
         eqs, len(states), np.random.SeedSequence([seed, 11]), step_from_rest(eqs), circuit=whole
@@ -255,7 +289,7 @@ def _together(
 
     power = (eqs.beta or 0.0) * runs.run(seconds * scales.frequency).load * scales.watts
     volts = rows[whole.voltages_at + 1]
-    stored = 0.5 * (problem.circuit.smoothing or 0.0) * volts**2
+    stored = 0.5 * (problem.load_circuit.smoothing or 0.0) * volts**2
     return power * runs.time / scales.frequency + stored, runs.steps
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
+from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, QUICK_UNDER_NOISE
 from harvester.storage.checked_mean import (
     FINER,
     MOST,
@@ -45,10 +45,9 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
 
     Raises as `harvester.storage.steady_power.steady_power`.
     """
-    assert problem.circuit is not None
     scales = problem.scales
     table = _quick_current(problem)
-    circuit = SlowCircuit(problem.circuit, cut, scales, COARSER * TOLERANCE)
+    circuit = SlowCircuit(problem.load_circuit, cut, scales, COARSER * TOLERANCE)
     unit = time_constant(problem.equations) / scales.frequency
     slow = unit / FINER * STEP
     longest = min(first_duration(circuit, table, unit), MOST / STEP * slow)
@@ -60,9 +59,9 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
             break
         duration = min(2.0 * duration, longest)
     settled = settled_part(duration)
+    unknown = QUICK_UNDER_NOISE if problem.equations.is_random else COMPILED_CIRCUIT
     power, square = (
-        Value(mean_rate(path, name, settled), unknown=COMPILED_CIRCUIT)
-        for name in ("square", "piezo")
+        Value(mean_rate(path, name, settled), unknown=unknown) for name in ("square", "piezo")
     )
     if not problem.equations.is_random:
         power, square = power.with_model(OFF), square.with_model(OFF)

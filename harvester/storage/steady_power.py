@@ -39,7 +39,7 @@ from harvester.storage.checked_mean import (
     settled_part,
     settled_path,
 )
-from harvester.storage.held_in_ngspice import error_of_circuit
+from harvester.storage.held_in_ngspice import error_of_circuit, seconds_of_judging
 from harvester.storage.measured_current import measured, time_constant
 from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
@@ -60,31 +60,36 @@ def steady_power(
     Raises as `harvester.circuits.compiled_circuit.CompiledCircuit`, UnboundedResponseError if
     the motion grows.
     """
-    assert problem.circuit is not None
     table, rough, measuring, _ = measured(problem)
-    circuit = SlowCircuit(problem.circuit, cut, problem.scales)
+    circuit = SlowCircuit(problem.load_circuit, cut, problem.scales)
     unit = time_constant(problem.equations) / problem.scales.frequency
     h = unit / FINER
     begin = time.perf_counter()
     direct = _direct(problem, DIRECT * unit)
     took = time.perf_counter() - begin
     pace = None
+    judging = 0.0
     if deadline is not None:
         first = min(first_duration(circuit, table, unit), MOST * h)
-        pace = SlowPace.of(circuit, table, first, h, deadline)
+        judging = seconds_of_judging(problem, deadline)
+        pace = SlowPace.of(circuit, table, first, h, deadline - judging)
         coarser = pace.coarser(first)
         if coarser > COARSEST:
             return None
         h *= coarser
 
     path, duration, changed = settled_path(circuit, table, h, unit, pace)
-    judge, unknown = error_of_circuit(problem, float(path.rails.max()))
+    judge, unknown = error_of_circuit(
+        problem,
+        float(path.rails.max()),
+        deadline=None if pace is None else time.perf_counter() + judging,
+    )
     checks = {
         "step": Check(rough, "bias"),
         "voltages": Check(table.halved(), "model"),
         "judge": Check(table.scaled(1.0 - judge), "model"),
     }
-    rougher = SlowCircuit(problem.circuit, cut, problem.scales, ROUGHER * TOLERANCE)
+    rougher = SlowCircuit(problem.load_circuit, cut, problem.scales, ROUGHER * TOLERANCE)
     mean = CheckedMean(path, duration, rougher, table, checks, step=2.0 * h, stride=2)
     off = {name: _off(direct, path, mean.mean(name), name) for name in ("square", "piezo")}
     power, square = (
@@ -134,12 +139,13 @@ class _Direct(NamedTuple):
 
 def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
     """The direct run of so many seconds, at a ``factor`` times the usual step."""
-    assert problem.circuit is not None
     eqs = problem.equations
     w0 = problem.scales.frequency
     h = factor * step_from_rest(problem.equations)
     n_steps = math.ceil(seconds * w0 / h / 16) * 16
-    path = compiled_circuit(problem.circuit, problem.scales).trace(eqs, np.zeros(n_steps), h, 16)
+    path = compiled_circuit(problem.load_circuit, problem.scales).trace(
+        eqs, np.zeros(n_steps), h, 16
+    )
     each = path.h * path.stride / w0
     t = each * np.arange(1.0, len(path.square) + 1.0)
     return _Direct(

@@ -312,8 +312,7 @@ def _computed(
         from harvester.circuits.compiled_circuit import compiled_circuit
         from harvester.circuits.probed_path import probed
 
-        assert problem.circuit is not None, "the engine supports netlists"
-        circuit = compiled_circuit(problem.circuit, problem.scales)
+        circuit = compiled_circuit(problem.load_circuit, problem.scales)
         start = at_rest(problem.equations)[:-1]
         path = circuit.trace(
             problem.equations, noise, h, stride, start, shaking=shaking, keep=bool(probes)

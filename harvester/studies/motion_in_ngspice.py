@@ -41,9 +41,14 @@ def path_in_ngspice(
     from harvester.cosimulation.runs import CoupledDevice
 
     find_library()
-    assert problem.circuit is not None, "the engine refuses an open circuit"
     device = CoupledDevice(
-        problem.equations, problem.scales, problem.circuit, h, stride, probes=probes, shunt=shunt
+        problem.equations,
+        problem.scales,
+        problem.load_circuit,
+        h,
+        stride,
+        probes=probes,
+        shunt=shunt,
     )
     if expected is not None and len(noise) > MANY_STEPS:
         few = round(PILOT * len(noise))

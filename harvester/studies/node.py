@@ -10,6 +10,7 @@ Long because the result explains its fields to users.
 
 import contextlib
 import dataclasses
+import itertools
 import math
 import time
 from collections.abc import Callable
@@ -452,24 +453,24 @@ def _fluctuations(
 
 
 @dataclass(frozen=True)
-class _Reading:
-    """The reading of numbers from courses: from the ``base``, with the change by each of the ``lives``.
+class NodeReading:
+    """The reading of numbers from courses: from the ``base``, with the change by each of the ``variants``.
 
-    The first of these is that of another step, the last that of sampling.  ``both`` are a direct
-    course and that of the mean current that is as long.
+    The first of these is that of another step, the last that of sampling; if a variant has several
+    courses, their largest change counts.  ``both`` are a direct course and that of the mean current
+    that is as long.
     """
 
     base: Lived
-    lives: list[Lived]
+    variants: list[tuple[Lived, ...]]
     both: tuple[NodeCourse, NodeCourse] | None
     unknown: str
 
     @property
     def courses(self) -> list[NodeCourse]:
         """All of them."""
-        return [course for life in (self.base, *self.lives) for course in life.every] + list(
-            self.both or ()
-        )
+        lives = (self.base, *itertools.chain(*self.variants))
+        return [course for life in lives for course in life.every] + list(self.both or ())
 
     def known_value(
         self,
@@ -480,7 +481,10 @@ class _Reading:
     ) -> Value:
         """A number with the change by each variant, and the standard error of its courses."""
         number = read(self.base)
-        changes = (*(abs(read(life) - number) for life in self.lives), error)
+        changes = (
+            *(max(abs(read(life) - number) for life in lives) for lives in self.variants),
+            error,
+        )
         step, *model, sampling, error = (
             change if change > ROUNDING * abs(number) else 0.0 for change in changes
         )
@@ -590,17 +594,17 @@ def _read(
     seconds: float,
     direct: NodeCourse | None,
     noise: Fluctuations | None,
-) -> _Reading:
+) -> NodeReading:
     """The courses of a node by the current, by its variants, and by a direct run."""
     base = _course(known.table, parts, seconds, noise)
     less = known.elements + (known.separation if direct is None else 0.0)
-    lives = _variants(
+    variants = changed_courses(
         known, parts, base, less, lambda current, other: _course(current, other, seconds, noise)
     )
     if noise is not None:
-        lives.insert(1, _course(known.table, parts, seconds, noise.coarser()))
+        variants.insert(1, (_course(known.table, parts, seconds, noise.coarser()),))
     both = None if direct is None else (direct, parts.run(known.table).course(direct.end))
-    return _Reading(base, lives, both, known.unknown)
+    return NodeReading(base, variants, both, known.unknown)
 
 
 def _of_days(course: NodeCourse, days: float, packets: Value | None) -> Floats:
@@ -618,7 +622,7 @@ def _change_that_helps(helps: dict[str, float], base: Lived) -> list[Diagnostic]
     return [note("node_change_helps", most, gain=helps[most], packets=base.number(_rate))]
 
 
-def _power_of(reading: _Reading, energy: str, key: float | None) -> Value | None:
+def _power_of(reading: NodeReading, energy: str, key: float | None) -> Value | None:
     """The mean power (W) of one of a course's energies; None if its key is left out."""
     if key is None:
         return None
@@ -634,7 +638,7 @@ def _read_outage(stop: float | str) -> float:
 
 
 def _of_outage(
-    run: NodeRun, reading: _Reading, noise: Fluctuations | None
+    run: NodeRun, reading: NodeReading, noise: Fluctuations | None
 ) -> tuple[dict[str, Any], list[Diagnostic]]:
     """The fields of a result on the outage, and notes; empty if none is asked for."""
     if run.outage is None:
@@ -707,29 +711,35 @@ def _course(current: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuatio
     return lived(run, parts.run(current, POINTS), seconds, noise)
 
 
-def _variants(
-    known: Known, parts: Parts, base: Lived, less: float, live: Callable[[AnyCurrent, Parts], Lived]
-) -> list[Lived]:
+def changed_courses(
+    known: Known, parts: Parts, base: Lived, part: float, live: Callable[[AnyCurrent, Parts], Lived]
+) -> list[tuple[Lived, ...]]:
     """The courses whose differences from the ``base`` are its errors: that of the step first, that of sampling last.
 
-    ``less`` is the part by which the current may be lower; ``live`` gives a node's activity.
+    ``part`` is how much lower or higher the current may be, relatively: a node that is never off
+    is changed by one of both only.  ``live`` gives a node's activity.
     """
     table = known.table
     chip = parts.chip
     lives = [
-        base if current is table else live(current, parts)
-        for current in (known.by_step, table.halved(), table.scaled(1.0 - less), table.shifted())
+        tuple(base if current is table else live(current, parts) for current in currents)
+        for currents in (
+            [known.by_step],
+            [table.halved()],
+            [table.scaled(1.0 - part), table.scaled(1.0 + part)],
+            [table.shifted()],
+        )
     ]
     for other in (
         ()
         if chip is None
         else (chip.narrower(), *([chip.charging_by(1.0 - chip.spread)] if chip.spread else ()))
     ):
-        lives.insert(1, live(table, parts._replace(chip=other)))
+        lives.insert(1, (live(table, parts._replace(chip=other)),))
     return lives
 
 
-def _intervals(reading: _Reading) -> dict[str, Any]:
+def _intervals(reading: NodeReading) -> dict[str, Any]:
     """The times between packets; empty if any of the courses has none."""
     if any(len(course.intervals[0]) < 1 for course in reading.courses):
         return {}

@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 import harvester
-from harvester.circuits import circuit_part, newton, substeps
+from harvester.circuits import circuit_part, circuit_path, newton, substeps
+from harvester.cosimulation.lockstep import any_mechanics
+from harvester.cosimulation.part import model_part, port_circuits
 from harvester.mechanics.kernels import (
     driver,
     equation_of_motion,
@@ -17,10 +19,11 @@ from harvester.mechanics.kernels import (
     shaking,
     stored_energy,
 )
+from harvester.mechanics.kernels.compiled import strict
 from harvester.mechanics.part import gridded, located, outside_forces, part_noise, part_state
 
 PACKAGE = Path(harvester.__file__).parent
-OF_FMU = ("mechanics/part", "devices/fmu")
+OF_FMU = ("mechanics/part", "devices/fmu", "cosimulation/part")
 # Who steps in an FMU, and the one place of each function that it calls
 CALLED = [
     (gridded, "drifted", driver),
@@ -37,6 +40,9 @@ CALLED = [
     (part_noise, "shake", shaking),
     (part_state, "spring_energy", stored_energy),
     (part_state, "contact_energy", stored_energy),
+    (port_circuits, "carried", equation_of_motion),
+    (port_circuits, "dissipated", outside_forces),
+    (port_circuits, "advance_load", circuit_path),
     (driver, "fly", ideal_circuit),
     (driver, "move", offset_stops),
 ]
@@ -83,6 +89,13 @@ def test_the_circuit_of_an_fmu_is_that_of_the_engine():
     assert "follow.function" in source
     assert circuit_part.follow is substeps.follow
     assert circuit_part.compiled_source is newton.compiled_source
+
+
+def test_a_model_has_the_lock_step_of_cosimulate():
+    """The state machine that the callbacks of ngspice call, compiled alike."""
+    assert port_circuits.accept is strict(any_mechanics.accept_model)
+    assert port_circuits.port_voltage is strict(any_mechanics.port_voltage)
+    assert model_part.begin_part is strict(any_mechanics.begin_part)
 
 
 def test_the_program_in_c_has_no_physics():

@@ -3,7 +3,6 @@
 import pytest
 
 import harvester as hv
-from harvester.errors import CannotServeError
 from tests.support import fmu
 from tests.support.paths import EXAMPLES
 
@@ -180,24 +179,6 @@ print(json.dumps([first, again, *energies]))
     assert again == first
     assert taken > 1e-6
     assert stored + lost + out == pytest.approx(taken, rel=1e-3)
-
-
-def test_a_model_of_cosimulate_is_refused_in_one_line(tmp_path):
-    class Swing:
-        def drift(self, state, h):
-            return state
-
-        def kick(self, state, h, reaction, noise):
-            return state
-
-        def source(self, state):
-            return 0.0
-
-    for out in ("swing.fmu", "swing.lib"):
-        with pytest.raises(CannotServeError, match="must be a Scene") as caught:
-            hv.export(Swing(), tmp_path / out)
-        assert "\n" not in str(caught.value)
-        assert not (tmp_path / out).exists()
 
 
 def test_nothing_is_left_of_an_export_that_fails(tmp_path):

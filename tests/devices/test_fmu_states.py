@@ -1,7 +1,10 @@
 """States of FMUs whose numbers were changed while they were saved: each is refused, and the instance goes on."""
 
+import runpy
+
 import pytest
 
+import harvester as hv
 from tests.support import fmu
 from tests.support.paths import EXAMPLES
 
@@ -88,6 +91,23 @@ def test_a_state_with_a_changed_number_is_refused(kind, bridge):
     size, head, taken, changed, noise, phases = found
     assert taken == []
     assert changed < 0.3 * (size - head) / 8 * 4
+    assert noise == 0
+    assert phases == [False, False, False]
+
+
+def test_a_changed_state_of_a_model_is_refused(tmp_path):
+    """A model of `cosimulate`: its arrays of a step are computed anew."""
+    example = runpy.run_path(str(EXAMPLES / "beam_with_stop.py"))
+    path = hv.export(
+        example["Beam"](),
+        tmp_path / "beam.fmu",
+        port=example["PIEZO"],
+        start=example["START"],
+        step="50 us",
+        load=example["LOAD"],
+    )
+    _, _, taken, _, noise, phases = fmu.run(path, CHANGED)
+    assert taken == []
     assert noise == 0
     assert phases == [False, False, False]
 

@@ -75,6 +75,16 @@ def test_a_chip_in_a_short_budget_is_within_its_error_of_the_whole_answer():
 
 @pytest.mark.slow
 @pytest.mark.ngspice
+def test_a_chip_whose_slow_runs_are_long_ends_in_its_budget():
+    """It tracks under noise: its slow runs alone need longer, so that the quick answer comes."""
+    shaken = dataclasses.replace(DRIVEN, excitation=SHAKEN.excitation)
+    took, answer = seconds_of(lambda: hv.Slow(budget=4.0).run(shaken))
+    assert took < MOST * 4.0
+    assert answer is not None and has(answer.diagnostics, "quick_in_budget")
+
+
+@pytest.mark.slow
+@pytest.mark.ngspice
 def test_what_accuracy_costs_ends_in_its_budget():
     took, table = seconds_of(lambda: cost(STOPPED, budget=3.0))
     assert took < MOST * 3.0

@@ -6,10 +6,9 @@ import json
 import pytest
 
 import harvester as hv
-from harvester.engines import cheapest
 from harvester.engines.cheapest import Tried, is_slow
 from harvester.engines.compiled import Compiled
-from harvester.engines.selection import default_engine
+from harvester.engines.selection import default_engine, sooner
 from harvester.engines.slow import Slow
 from harvester.engines.spice import spice
 from harvester.engines.spice.spice import Spice
@@ -37,6 +36,7 @@ def test_a_filter_behind_a_bridge_is_no_chip(tmp_path):
     assert [is_slow(Problem(scene)) for scene in (quick, long)] == [False, True]
     assert is_slow(Problem.of(EXAMPLES / "bimorph_bq25570.toml"))
     assert [default_engine(scene) for scene in (quick, long)] == ["spice", "slow"]
+    assert [sooner(hv.Spice(), scene) for scene in (quick, long)] == [(), ("slow",)]
 
 
 def test_engines_for_a_netlist(tmp_path):
@@ -46,6 +46,8 @@ def test_engines_for_a_netlist(tmp_path):
     assert chosen._for_netlist(Problem(bridge)) == [Spice, Compiled]
     stopped = dataclasses.replace(bridge, stop=hv.Stop(restitution=0.9))
     assert chosen._for_netlist(Problem(stopped)) == [Compiled, Spice]
+    recorded = hv.load(EXAMPLES / "plate_recorded.toml").with_load(netlist="bridge")
+    assert chosen._for_netlist(Problem(recorded)) == [Compiled, Spice]
     chip = Problem.of(EXAMPLES / "bimorph_bq25570.toml")
     assert chosen._for_netlist(chip)[0] is Slow
     assert Slow not in hv.Cheapest(within=0.01, dt=1e-3)._for_netlist(chip)
@@ -178,4 +180,3 @@ def test_a_target_that_gives_up():
     assert not dataclasses.replace(target, budget=None).is_hopeless(value)
     biased = hv.Value(1.0, 0.05, bias=0.009)
     assert target.more_seconds(biased) == pytest.approx(0.3 * ((0.098 / 0.003) ** 2 - 1.0))
-    assert cheapest.AGAIN > 1.0

@@ -14,14 +14,18 @@ from types import SimpleNamespace
 import pytest
 
 import harvester as hv
+from harvester.engines import slow
 from harvester.engines.compiled import Compiled
+from harvester.engines.moment_existence import MomentExistence
 from harvester.engines.selection import default_engine
 from harvester.engines.slow import AVERAGING, TOGETHER
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
 from harvester.mechanics.kernels.trajectory_batch import BATCH
-from harvester.presentation.diagnostic import has
+from harvester.presentation.diagnostic import has, warning
+from harvester.presentation.messages.unknown_parts import QUICK_UNDER_NOISE, RARE_MOTIONS
 from harvester.storage import noisy_power
+from harvester.storage.checked_mean import SlowPower
 from tests.support.paths import EXAMPLES
 
 # Mean power (W) of whole cycles, and what ngspice itself changes by from steps of 50 us to 20 us,
@@ -239,3 +243,75 @@ def test_a_direct_run_under_noise_is_as_long_as_the_budget_allows(monkeypatch):
     asked.clear()
     (shorter, _), *_ = directly(pace=0.1, seconds=20.0)
     assert shorter == pytest.approx(AVERAGING * 20.0 / (BATCH * 0.1), rel=0.05)
+
+
+def of_scales_not_apart(monkeypatch, direct):
+    """The answer for a chip under noise whose scales are not apart, of 0.1 mW; the ``direct`` run may be None."""
+    power = hv.Value(1e-4, 2e-6, bias=1e-6, model=5e-6)
+    solution = SlowPower(
+        power=power,
+        square=power,
+        changed=0.0,
+        separation=0.08,
+        scales_apart=False,
+        direct=3.0,
+        duration=8.0,
+        slow_step=1e-3,
+        steps=100,
+        current=None,
+        load={},
+        pace=1e-3,
+    )
+    monkeypatch.setattr(noisy_power, "noisy_power", lambda *given: solution)
+
+    def run(self, problem, progress=None):
+        if direct is None:
+            raise SimulationError("no step of it settles in the budget")
+        return direct
+
+    monkeypatch.setattr(Compiled, "run", run)
+    return hv.run(under_noise("ltc3588", "0.47 uF"), "slow", budget="60s", within="1%")
+
+
+def test_a_direct_run_that_fails_leaves_the_answer_of_the_slow_circuit(monkeypatch):
+    """With its whole error, which the warning explains; the quick answer has none."""
+    found = of_scales_not_apart(monkeypatch, None)
+    power = found.mean_power
+    assert power.value == pytest.approx(1e-4) and power.error95 == pytest.approx(9.92e-6)
+    assert has(found.notes, "slow_circuit_alone") and not has(found.notes, "run_directly")
+    assert has(found.warnings, "scales_not_apart") and has(found.warnings, "steady_within")
+    assert not has(found.warnings, "quick_in_budget")
+
+
+@pytest.mark.ngspice
+def test_a_direct_run_states_its_own_duration_and_a_missed_target(monkeypatch):
+    own = hv.Compiled(trajectories=2, duration=0.05).run(under_noise("ltc3588", "0.47 uF"))
+    found = of_scales_not_apart(monkeypatch, own)
+    (said,) = (one for one in found.notes if one.code == "run_directly")
+    assert said.numbers["direct"] == own.details["duration"] == pytest.approx(0.05, rel=0.01)
+    assert has(found.warnings, "steady_within")
+
+
+def test_a_quick_answer_states_a_missed_target():
+    """Under noise, and in a budget that leaves no other: its error is not known."""
+    scene = hv.load(EXAMPLES / "bimorph_ltc3588.toml")
+    for found in (
+        hv.Slow(within="1%", budget=0.05).run(scene),
+        hv.Slow(within="1%", judged=False).run(scene),
+    ):
+        assert [one.numbers["error"] for one in found.warnings if one.code == "steady_within"] == [
+            None
+        ]
+
+
+def test_a_quick_answer_under_noise_names_all_that_it_does_not_know(monkeypatch):
+    """Sampling and step, and motions that are rare; each answer says so, judged or not."""
+    scene = under_noise("ltc3588", "10 uF")
+    assert hv.Slow().quick(scene).mean_power.unknown == QUICK_UNDER_NOISE
+    assert "sampling, the time step" in QUICK_UNDER_NOISE
+    rare = MomentExistence(None, warning("error_unknown", part=RARE_MOTIONS), RARE_MOTIONS)
+    monkeypatch.setattr(slow, "existence", lambda problem: rare)
+    for chosen in (hv.Slow(judged=False), hv.Slow(budget=0.05)):
+        found = chosen.run(scene)
+        assert found.mean_power.unknown == f"{QUICK_UNDER_NOISE} and {RARE_MOTIONS}"
+        assert has(found.warnings, "error_unknown")

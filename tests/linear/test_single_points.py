@@ -87,7 +87,7 @@ def test_rms_and_peak_to_peak_are_read():
         (
             {"frequency": 60.0, "capacitance": 3e-8, "mass": 4e-3},
             {"power_at_load": WATTS},
-            "one more",
+            "one more, or another point, or use harvester identify, which has a prior for q",
         ),
     ],
 )

@@ -13,6 +13,7 @@ import pytest
 from tests.support.paths import ROOT
 
 sys.path.append(str(ROOT / "benchmarks"))
+absent = importlib.import_module("absent")
 effects = importlib.import_module("effects")
 mutants = importlib.import_module("mutants")
 random_mutants = importlib.import_module("random_mutants")
@@ -42,6 +43,18 @@ def test_kernel_by_hand_gives_the_same_numbers(name, split):
     effects.prepared_by_hand(e, split, found, readings=20)()
     for ours, theirs in zip(expected, found, strict=True):
         np.testing.assert_allclose(theirs, ours, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["cv", "softening", "inertia", "gamma"])
+def test_an_effect_has_lines_that_can_be_removed(name):
+    """Without them no condition asks for the coefficient, all other effects keep theirs, and the source compiles."""
+    source = ROOT / "harvester/mechanics/kernels/equation_of_motion.py"
+    text = source.read_text()
+    left = absent.without(text, name)
+    assert f"c.{name} is" not in left and f"\n    if {name} is" not in left and left != text
+    for other in {"cv", "softening", "inertia", "gamma"} - {name}:
+        assert left.count(f"c.{other} is") == text.count(f"c.{other} is"), other
+    compile(left, str(source), "exec")
 
 
 def test_code_by_hand_holds_nothing_of_what_is_absent():

@@ -195,6 +195,16 @@ def test_the_page_of_widths_and_its_columns():
     assert model["stop"] == pytest.approx(math.hypot(fit.loss, fit.offset_error), abs=0.01)
 
 
+def test_the_device_of_no_fit_is_in_none():
+    """Its measured values are in a file that no fit reads, one for each of its predictions."""
+    later = {row["what"] for row in priors_fit.rows("measured_later.csv")}
+    rows = priors_fit.rows("predicted.csv")
+    assert later == {row["quantity"] for row in rows if row["device"] == "D9"} and len(later) == 27
+    assert all(n.measured is None for n in priors_fit.numbers() if n.device == "D9")
+    [*_, second, third] = priors_kinds.later()
+    assert "| 26 of 27 |" in second and "| 18 of 27 |" in third
+
+
 def test_no_fit_by_kinds_has_its_own_device():
     """The measured values of a device do not change its own interval, and they do change that of another."""
     some = [number for number in priors_fit.numbers() if number.measured is not None]

@@ -1,6 +1,7 @@
 """The rectifier of a user's own netlist beside ngspice's, with the store held at two voltages."""
 
 import dataclasses
+import time
 
 import numpy as np
 import pytest
@@ -74,6 +75,23 @@ def test_a_board_charges_as_a_bridge_of_its_diodes_with_a_whole_error():
     scenes = [without_node(noisy_node(excitation=DRIVE, **load)) for load in ({}, {"load": alike})]
     own, bridge = (hv.charge(scene, to="3 V", engine="slow").time for scene in scenes)
     assert own.error95 is not None and abs(own.value - bridge.value) < own.error95 + bridge.error95
+
+
+def test_ngspice_ends_at_the_deadline(monkeypatch):
+    """After it no run begins; before, each of them has what is left."""
+    latest = []
+
+    def kept(function, jobs):
+        latest.extend(job[3] - time.monotonic() for job in jobs)
+        return [(1.0, 1.0) for _ in jobs]
+
+    monkeypatch.setattr(worker_pool, "map_in_workers", kept)
+    problem = Problem.of(noisy_node(unlike=True, excitation=DRIVE))
+    unknown = JUDGE, "the difference from ngspice"
+    assert error_of_circuit(problem, 3.0, deadline=time.perf_counter() - 1.0) == unknown
+    assert latest == []
+    assert error_of_circuit(problem, 3.0, deadline=time.perf_counter() + 5.0) == (JUDGE, "")
+    assert latest and max(latest) <= 5.0
 
 
 @pytest.mark.slow

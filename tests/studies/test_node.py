@@ -13,10 +13,15 @@ from harvester.cli import cli
 from harvester.equations.problem import Problem
 from harvester.storage.direct_node import direct_course
 from harvester.storage.direct_nodes import direct_nodes
+from harvester.storage.fluctuating_node import Lived
 from harvester.storage.measured_current import measured
+from harvester.storage.node_course import NodeCourse
 from harvester.storage.node_run import NodeRun
+from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.supply import chip_of
 from harvester.storage.tracked_input import tracked_input
+from harvester.studies import node
+from harvester.studies.node_current import Known
 from harvester.uncertainty.value import mean_and_error, stderr_of95
 from tests.support.own_board import noisy_node
 from tests.support.paths import EXAMPLES
@@ -40,6 +45,23 @@ def changed(**keys):
             for name, values in tables.items()
         },
     )
+
+
+def test_a_current_that_may_be_higher_counts_as_well():
+    """Of a node that sends nothing with its current, nor with less, an error comes from more alone."""
+    columns = np.ones(3)
+    table = RectifiedCurrent(
+        np.arange(3.0), columns, None, 0.0 * columns, columns, columns, ring_up=0.0
+    )
+    parts = node.Parts(None, None, None)
+
+    def live(current, parts):
+        return Lived(NodeCourse(packets=max(float(current.current[0]) - 1.0, 0.0), end=1.0))
+
+    base = live(table, parts)
+    variants = node.changed_courses(Known(table, table, 0), parts, base, 0.1, live)
+    packets = node.NodeReading(base, variants, None, "").value(lambda course: course.packets)
+    assert packets.value == 0.0 and packets.model == pytest.approx(0.1)
 
 
 @pytest.mark.slow

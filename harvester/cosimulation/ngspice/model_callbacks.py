@@ -5,7 +5,7 @@ import math
 import types as python_types
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -76,9 +76,17 @@ def _number_as_written(function: Any) -> Any:
     return numba.njit(**STRICT, **PART)(function)
 
 
+class CompiledModel(NamedTuple):
+    """A model's compiled functions, and patterns of its coefficients and its state."""
+
+    functions: Functions
+    coefficients: Any
+    state: Any
+
+
 @cache
-def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any, Any]:
-    """A model's source and step as C functions; ``absent`` states which of its coefficients are None."""
+def compiled_model(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> CompiledModel:
+    """The functions of a model; ``absent`` states which of its coefficients are None."""
     m0 = kind(*(None if is_absent else 0.0 for is_absent in absent))
     at0 = state_kind(*(0.0 for _ in state_kind._fields))
 
@@ -108,6 +116,13 @@ def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any,
         f.event.nopython_signatures[0].return_type, types.NoneType
     ):  # of these coefficients there is none
         f = f._replace(event=_number_as_written(never))
+    return CompiledModel(f, m0, at0)
+
+
+@cache
+def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any, Any]:
+    """A model's source and step as C functions; ``absent`` states which of its coefficients are None."""
+    f, m0, at0 = compiled_model(kind, state_kind, absent)
     voltage, accept = strict(any_mechanics.port_voltage), strict(any_mechanics.accept_model)
 
     @numba.cfunc(_F8(_STATE_POINTER, _F8, _F8), **COMPILER)

@@ -113,6 +113,10 @@ static void numbers_of(Data *d) {
     for (int k = 0; k < NUMBERS; k++) d->numbers[k] = BASE[k];
     for (int k = 0; k < TERMS_COUNT; k++) {
         const Term *t = TERMS + k;
+        if (MODEL) { /* a number of a user's model may be 0, and is the variable itself */
+            d->numbers[t->number] = d->v[t->variable];
+            continue;
+        }
         double ratio = d->v[t->variable] / VARIABLE[t->variable].start;
         if (ratio != 1.0) d->numbers[t->number] *= pow(ratio, t->power);
     }
@@ -120,11 +124,15 @@ static void numbers_of(Data *d) {
 
 /* Numbers of the present actions: inputs, which are constant or linear in time from now on. */
 static void inputs(Data *d) {
+#if MODEL
+    if (N_CURRENT >= 0) d->numbers[N_CURRENT] = d->v[V_CURRENT];
+#else
     double since = (d->time - d->origin) * FREQUENCY;
     d->numbers[N_A] = -d->v[V_BASE] / d->numbers[N_ACCELERATION];
     d->numbers[N_SLOPE] = -d->slope / d->numbers[N_ACCELERATION] / FREQUENCY;
     d->numbers[N_SINCE] = since;
     if (N_CURRENT >= 0) d->numbers[N_CURRENT] = d->v[V_CURRENT < 0 ? 0 : V_CURRENT] / d->numbers[N_AMPERES];
+#endif
 }
 
 /* What is wrong with the numbers of a state, which may have been changed while it was saved; NULL if nothing is. */
@@ -197,26 +205,21 @@ static void to_start(Data *d) {
     numbers_of(d);
 }
 
+#if !MODEL
 /* The faster of resonance and drive: the frequency (rad/s over FREQUENCY) that the inner step must resolve. */
 static double fastest(const double *numbers) {
     double square = fabs(numbers[N_LINEAR]) + (N_BETA < 0 ? 0.0 : numbers[N_BETA < 0 ? 0 : N_BETA]);
     return fmax(sqrt(square), N_DRIVE_FREQUENCY < 0 ? 0.0 : numbers[N_DRIVE_FREQUENCY < 0 ? 0 : N_DRIVE_FREQUENCY]);
 }
 
-/* The first state of the parameters; 0 with words, if there is none. */
-static int begin(Part *part) {
+/* The first motion of a device; 0 with words, if there is none. */
+static int begin_device(Part *part) {
     Data *d = &part->data;
-    numbers_of(d);
-    memset(d->w, 0, sizeof d->w);
     d->w[W_X] = d->v[V_DISPLACEMENT] / d->numbers[N_LENGTH];
     d->w[W_SPEED] = d->v[V_VELOCITY] / d->numbers[N_SPEED];
     d->w[W_VOLTAGE] = d->v[V_VOLTAGE] / d->numbers[N_VOLTS];
     d->w[W_STORE] = V_STORE < 0 ? 0.0 : d->v[V_STORE < 0 ? 0 : V_STORE] / d->numbers[N_VOLTS];
-    begin_netlist(d);
     d->w[W_FOLLOWER] = d->w[W_X];
-    uint64_t z = V_SEED < 0 ? 0 : (uint64_t)(int64_t)d->v[V_SEED];
-    d->words[0] = split_mix(&z) | 1;
-    d->words[1] = split_mix(&z);
     double low = N_LOW < 0 ? -INFINITY : d->numbers[N_LOW], high = N_HIGH < 0 ? INFINITY : d->numbers[N_HIGH];
     double slack = 1e-12 * (fabs(d->w[W_X]) + 1.0);
     if (d->w[W_X] < low - slack || d->w[W_X] > high + slack) {
@@ -225,7 +228,6 @@ static int begin(Part *part) {
         return 0;
     }
     d->w[W_X] = fmin(fmax(d->w[W_X], low), high);
-    d->stale = 1;
     if (fastest(d->numbers) > FASTEST) {
         complain(part, "the parameters must keep resonance and drive below %g Hz, for the inner step is fixed, but give "
                  "%g Hz: export the scene with these values", FASTEST * FREQUENCY / 6.283185307179586,
@@ -233,6 +235,28 @@ static int begin(Part *part) {
         return 0;
     }
     return 1;
+}
+#else
+/* The first state of a user's model, the piezo's voltage with it. */
+static int begin_device(Part *part) {
+    Data *d = &part->data;
+    for (int k = 0; k < MODEL_STATES; k++) d->w[MODEL_AT + k] = d->v[V_STATE + k];
+    d->w[W_VOLTAGE] = V_VOLTAGE < 0 ? 0.0 : d->v[V_VOLTAGE < 0 ? 0 : V_VOLTAGE];
+    return 1;
+}
+#endif
+
+/* The first state of the parameters; 0 with words, if there is none. */
+static int begin(Part *part) {
+    Data *d = &part->data;
+    numbers_of(d);
+    memset(d->w, 0, sizeof d->w);
+    begin_netlist(d);
+    uint64_t z = V_SEED < 0 ? 0 : (uint64_t)(int64_t)d->v[V_SEED];
+    d->words[0] = split_mix(&z) | 1;
+    d->words[1] = split_mix(&z);
+    d->stale = 1;
+    return begin_device(part);
 }
 
 static void refresh(Part *part) {

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from harvester.mechanics.part.entry import Plan, sections
 from harvester.mechanics.part.located import Wall
 from harvester.mechanics.part.numbers import names, values
 from harvester.mechanics.part.outside_forces import Outside
+from harvester.mechanics.part.part_state import OUT
 
 INSIDE = "inside"
 OUTSIDE = "outside"
@@ -37,6 +38,7 @@ NETLIST = "netlist"  # inside, and the netlist itself in place of its ideal circ
 CIRCUITS = (INSIDE, OUTSIDE, NETLIST)
 OPEN_LOAD = 1e12  # ohm, of an electrical port without a load
 LONGEST_RECORD = 500_000  # accelerations inside the part
+IN_REPORT = "IMPACTS", "IMPACT_TIME", "SIZE"  # of the report, which the C program knows
 NO_STOPS = dict.fromkeys(
     ("r", "gap", "pull", "high", "r_high", "pull_high", "k", "c", "n1", "n2", "n12")
 )
@@ -53,6 +55,68 @@ class CompiledPart(NamedTuple):
     values: list[float]
     board: CompiledCircuit | None = None
     tables: CircuitTables | None = None
+
+    @property
+    def step(self) -> float:
+        """The inner step, nondimensional."""
+        return self.plan.h
+
+    @property
+    def located(self) -> bool:
+        """Whether impacts are located, rather than on a grid."""
+        return self.plan.located
+
+    @property
+    def fastest(self) -> float:
+        """The greatest frequency of resonance and drive that the inner step resolves."""
+        resolved = located.RESOLVED if self.plan.located else gridded.RESOLVED
+        return max(resolved / self.plan.h, self.plan.outside.drive_frequency or 0.0)
+
+    @property
+    def report_places(self) -> dict[str, int]:
+        """The places of `IN_REPORT` in the report."""
+        return {name: int(OUT[name]) for name in IN_REPORT}
+
+    @property
+    def model(self) -> dict[str, int]:
+        """The numbers of a user's model, which a scene's device lacks."""
+        return {"MODEL": 0, "MODEL_AT": 0, "MODEL_STATES": 0, "MODEL_SIZE": 0}
+
+
+class AnyPart(Protocol):
+    """The facts of a compiled part that its C program needs, as of `CompiledPart`."""
+
+    @property
+    def names(self) -> list[str]:
+        """The names of its numbers."""
+
+    @property
+    def values(self) -> list[float]:
+        """The numbers."""
+
+    @property
+    def tables(self) -> CircuitTables | None:
+        """Those of a netlist inside."""
+
+    @property
+    def step(self) -> float:
+        """The inner step."""
+
+    @property
+    def located(self) -> bool:
+        """Whether impacts are located."""
+
+    @property
+    def fastest(self) -> float:
+        """The greatest frequency."""
+
+    @property
+    def report_places(self) -> dict[str, int]:
+        """The places of `IN_REPORT` in the report."""
+
+    @property
+    def model(self) -> dict[str, int]:
+        """The numbers of a user's model."""
 
 
 def check(problem: Problem) -> None:

@@ -14,7 +14,9 @@ import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
+from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.devices.fmu import parts
 from harvester.devices.fmu.objects import ENTRY, PLATFORMS, host
 from harvester.devices.fmu.variables import Variable, variables
@@ -82,28 +84,73 @@ def export_fmu(
         without the package ziglang.
     """
     from harvester.devices.fmu.contents import build
+
+    problem = Problem.of(scene).plain
+    if circuit not in parts.CIRCUITS:
+        raise invalid(
+            "`circuit`", f"be {', '.join(parts.CIRCUITS[:-1])} or {parts.CIRCUITS[-1]}", circuit
+        )
+    target = unit_file(out, fmi, platforms, argument)
+    parts.check(problem)
+    build.check_compiler()
+    part = parts.part_of(problem, problem.scales, circuit, seed)
+    return written(
+        Unit(
+            part=part,
+            variables=variables(problem, part),
+            code=compiled(part),
+            frequency=problem.scales.frequency,
+            title=problem.scene.title or problem.scene.name,
+        ),
+        target,
+    )
+
+
+class Unit(NamedTuple):
+    """A part, its variables, LLVM code by C function, 1 over its unit of time, and a title."""
+
+    part: parts.AnyPart
+    variables: list[Variable]
+    code: dict[str, str]
+    frequency: float
+    title: str
+
+
+class UnitFile(NamedTuple):
+    """A file to write: its name as a model, version of FMI, platforms, and how errors name it."""
+
+    path: Path
+    name: str
+    fmi: int
+    platforms: list[str]
+    argument: str
+
+
+def unit_file(
+    out: str | Path, fmi: int, platforms: str | Sequence[str] | None, argument: str = "out"
+) -> UnitFile:
+    """The checked `UnitFile`; InputError for another kind of file, or an unknown option."""
+    path, name = _checked(out, argument)
+    return UnitFile(path, name, fmi, _options(fmi, platforms), argument)
+
+
+def written(unit: Unit, target: UnitFile) -> Exported:
+    """Link the libraries, and write the FMU."""
+    from harvester.devices.fmu.contents import build
     from harvester.devices.fmu.contents.description import ModelFacts, description, terminals
     from harvester.devices.fmu.contents.documents import documents, icons
     from harvester.devices.fmu.contents.header import header
 
-    problem = Problem.of(scene).plain
-    path, name = _checked(out, argument)
-    chosen = _options(circuit, fmi, platforms)
-    parts.check(problem)
-    build.check_compiler()
-    part = parts.part_of(problem, problem.scales, circuit, seed)
-    some = variables(problem, part)
-    code = compiled(part)
-    frequency = problem.scales.frequency
-    step = part.plan.h / frequency
+    part, some, code, frequency, title = unit
+    fmi, name = target.fmi, target.name
+    step = part.step / frequency
     content = header(some, part, "", frequency)
     made_of = f"{fmi}{content}{''.join(code.values())}"
     token = "{" + hashlib.sha256(made_of.encode()).hexdigest()[:32] + "}"
     content = header(some, part, token, frequency)
-    title = problem.scene.title or problem.scene.name
     model = ModelFacts(name=name, token=token, title=title, step=step)
     inside: dict[str, bytes] = {"modelDescription.xml": description(some, model, fmi).encode()}
-    for key in chosen:
+    for key in target.platforms:
         platform = PLATFORMS[key]
         file = f"binaries/{platform.folders[fmi - 2]}/{name}.{platform.ending}"
         inside[file] = build.library(code, content, platform, fmi)
@@ -111,8 +158,8 @@ def export_fmu(
         inside["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(some).encode()
     inside |= documents(title, some, step) | icons(fmi)
     data = _zipped(inside)
-    files.write(path, data, argument)
-    return Exported(name, some, chosen, step, len(data))
+    files.write(target.path, data, target.argument)
+    return Exported(name, some, target.platforms, step, len(data))
 
 
 def _checked(out: str | Path, argument: str) -> tuple[Path, str]:
@@ -124,12 +171,8 @@ def _checked(out: str | Path, argument: str) -> tuple[Path, str]:
     return path, name if re.match(r"[A-Za-z]", name) else f"device_{name}"
 
 
-def _options(circuit: str, fmi: int, platforms: str | Sequence[str] | None) -> list[str]:
+def _options(fmi: int, platforms: str | Sequence[str] | None) -> list[str]:
     """The platforms; InputError for an option that is unknown."""
-    if circuit not in parts.CIRCUITS:
-        raise invalid(
-            "`circuit`", f"be {', '.join(parts.CIRCUITS[:-1])} or {parts.CIRCUITS[-1]}", circuit
-        )
     if fmi not in VERSIONS:
         raise invalid("`fmi`", "be 2 or 3", fmi)
     if platforms is None:
@@ -149,15 +192,21 @@ def _options(circuit: str, fmi: int, platforms: str | Sequence[str] | None) -> l
 
 def compiled(part: parts.CompiledPart) -> dict[str, str]:
     """The LLVM code of a part's C functions, by their names."""
+    from harvester.mechanics.part.entry import entry
+
+    return all_code(str(entry(part.plan).inspect_llvm()), part.board)
+
+
+def all_code(entry: str, board: CompiledCircuit | None) -> dict[str, str]:
+    """The LLVM code of an entry and of a netlist's functions."""
     from harvester.circuits.circuit_part import circuit_functions
     from harvester.devices.fmu.contents.build import kept
     from harvester.mechanics.kernels.compiled import compiled_sources
-    from harvester.mechanics.part.entry import entry
 
-    code = {ENTRY: str(entry(part.plan).inspect_llvm())}
-    if part.board is not None:
+    code = {ENTRY: entry}
+    if board is not None:
         sources = [path.read_text() for path in compiled_sources()]
-        for name, function in circuit_functions(part.board).items():
+        for name, function in circuit_functions(board).items():
             code[name] = kept([function.text, *sources], "ll", function.code).decode()
     return {name: _renamed(llvm) for name, llvm in code.items()}
 

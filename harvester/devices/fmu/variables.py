@@ -169,7 +169,7 @@ def _starts(problem: Problem, part: CompiledPart) -> list[Variable]:
             PARAMETER,
             "V",
             "initial voltage of the piezo",
-            start=_first_voltage(part, "piezo"),
+            start=first_voltage(part, "piezo"),
         ),
     ]
     if has_store(part):
@@ -179,7 +179,7 @@ def _starts(problem: Problem, part: CompiledPart) -> list[Variable]:
                 PARAMETER,
                 "V",
                 "initial voltage across the circuit's capacitor",
-                start=_first_voltage(part, "csmooth"),
+                start=first_voltage(part, "csmooth"),
                 least=-LARGEST if part.tables else 0.0,
             )
         )
@@ -193,7 +193,7 @@ def has_store(part: CompiledPart) -> bool:
     return bool(part.plan.circuit)
 
 
-def _first_voltage(part: CompiledPart, charge: str) -> float:
+def first_voltage(part: parts.AnyPart, charge: str) -> float:
     """The voltage that the netlist gives a capacitor at first (V)."""
     if part.tables is None:
         return 0.0

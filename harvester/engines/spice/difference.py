@@ -120,10 +120,9 @@ def _beside(problem: Problem, h: float) -> "tuple[CompiledCircuit, CoupledDevice
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.runs import CoupledDevice
 
-    assert problem.circuit is not None, "a compiled circuit is that of a netlist"
-    circuit = compiled_circuit(problem.circuit, problem.scales)
+    circuit = compiled_circuit(problem.load_circuit, problem.scales)
     device = CoupledDevice(
-        problem.equations, problem.scales, problem.circuit, h, 1, reltol=RELTOL, ideal=circuit
+        problem.equations, problem.scales, problem.load_circuit, h, 1, reltol=RELTOL, ideal=circuit
     )
     return circuit, device
 

@@ -150,7 +150,7 @@ def steady_estimate(
 
 
 def missed(within: float, power: Value) -> Diagnostic | None:
-    """The warning that a periodic response's power was not known ``within`` an error; None if it is."""
+    """The warning that a power without a target of sampling is not known ``within`` an error; None if it is."""
     error = None if power.unknown or not power.value else power.known_error95 / abs(power.value)
     return (
         None

@@ -47,11 +47,10 @@ def watch_of(problem: Problem, probe: str | Sequence[str], ledger: bool) -> Watc
         raise InputError(
             "`ledger` must be used with a netlist, whose elements it lists, but the load is a resistance"
         )
-    assert problem.circuit is not None, "the engine refuses an open circuit"
-    parts = element_powers(problem.circuit) if ledger else {}
+    parts = element_powers(problem.load_circuit) if ledger else {}
     of_elements = tuple((name, tuple(some)) for name, some in parts.items())
     names = [probe] if isinstance(probe, str) else probe
-    return Watch(read_probes(names, problem.circuit), of_elements)
+    return Watch(read_probes(names, problem.load_circuit), of_elements)
 
 
 def with_probes(

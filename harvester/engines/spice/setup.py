@@ -184,8 +184,7 @@ def set_up(
     eqs = problem.equations
     scales = problem.scales
     unit = problem.units.frequency
-    circuit = problem.circuit
-    assert circuit is not None, "the engine refuses an open circuit"
+    circuit = problem.load_circuit
     repeat = eqs.shaking_period
     charging = CHARGING_TIMES * (circuit.storage or 0.0) * scales.frequency
     ideal, twin, short = cheap_circuit(problem, options, charging, settled and not probes)

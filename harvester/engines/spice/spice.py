@@ -42,8 +42,8 @@ if TYPE_CHECKING:
 GRACE, SLACK = 1.1, 1.0  # all may last so many times the `budget`, and so many seconds more
 # of what the burn-in leaves, for the runs at least: their processes take some seconds to start
 RUNNING = 0.5
-# times the seconds so far, that runs with a `TENTH` of the tolerance need; the smallest tolerance
 AS_GOOD = 1.1  # times an error, that is not taken for a larger one
+# times the seconds so far, that runs with a `TENTH` of the tolerance need; the smallest tolerance
 TIGHTER = 2.0
 TENTH = 0.1
 TIGHTEST = 1.1e-6

@@ -103,8 +103,7 @@ def to_be_found(
     """A response that is not yet found, with the device of its longest step."""
     from harvester.cosimulation.runs import CoupledDevice
 
-    eqs, circuit = problem.equations, problem.circuit
-    assert circuit is not None, "the engine refuses an open circuit"
+    eqs, circuit = problem.equations, problem.load_circuit
     h, halvings = steps_in_period(eqs, options.step(problem.units.frequency))
     device = CoupledDevice(
         eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes, trapezoidal=True

@@ -32,6 +32,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "deck_store": "storage capacitor: {element}; another one: `store` NAME",
     "deck_step": "{text} is: harvester sweep SCENE --vary {key}={values}",
     "deck_step_left_out": "left out: {text}, because it does not step a single value of one element",
+    "deck_step_too_long": "left out: {text}, because its values are not 2 to {most} numbers: give a "
+    "range to `vary` of harvester sweep",
     "deck_library": "left out: {library}, which is not in the deck's folder",
     "deck_own_model": "models of the package, which may differ from the deck's library: {models}",
 }

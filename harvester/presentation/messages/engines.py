@@ -200,6 +200,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "resting position: use engine 'spice'",
     "slow_serves": "engine {other!r} supports this scene and needs seconds: a chip behind a "
     "rectifier changes slowly",
+    "late_where_slow_serves": "{why}; engine {other!r} supports this scene and needs seconds",
     "needs_chip": "engine {engine!r} needs a diode bridge at the electrodes and a chip behind it: use engine 'spice'",
     "needs_load": "engine {engine!r} needs a load, but the circuit is open: use engine 'ensemble'",
     "needs_shaking": "engine {engine!r} starts at rest and needs external noise, or a base that moves: use engine "

@@ -58,6 +58,10 @@ def _checked_by_judged_runs(runs: int, ratio: float) -> str:
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
     # The surface of the power, and the interval of its highest place.
+    "spread_not_followed": "the power changes so fast within the spread that {devices} devices predict that of others to "
+    "{error!p} only: the power is that of more devices, but the values that the search found may not be the best; a "
+    "narrower spread, or `tolerance` at other values, shows it",
+    "spread_unresolved": "the power of the devices is known to {error!p} only: give a `budget` of more than {budget!t}",
     "no_power": "the load receives no power",
     "no_power_anywhere": "the load receives no power anywhere in the range",
     "same_power_everywhere": "the power is the same all over the range",

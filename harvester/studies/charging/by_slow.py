@@ -34,8 +34,8 @@ RUNS = 512  # direct ones under noise
 SLOW_FROM = 30.0  # time constants of the mass: a charge that takes less is not slow
 DIRECT = 25.0  # time constants of the mass of the direct run, at most
 AT_REST = 200  # steps of a mass at rest, in which the board's own draw is measured
-# times the piezo's capacitance: a store that is charged slowly without being asked for
 MOST_BESIDE = 0.1  # charge of other capacitors per charge of the store, unknown under noise
+# times the piezo's capacitance: a store that is charged slowly without being asked for
 LARGE = 1000.0
 
 
@@ -81,11 +81,10 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
     from harvester.mechanics.kernels.compiled import compilation
 
     problem = runs.problem
-    assert problem.circuit is not None, "the refusal checks this"
     begin = time.perf_counter()
     with compilation():
         _check_draw(problem, float(runs.levels[-1]), runs.h)
-        if not is_plain_store(problem.circuit):
+        if not is_plain_store(problem.load_circuit):
             fields = _behind_a_rectifier(runs)
         elif problem.equations.is_steady:
             fields = _steady(runs)
@@ -97,7 +96,7 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
     return Passages(
         levels=runs.levels,
         end=runs.duration,
-        capacitance=problem.circuit.smoothing or 0.0,
+        capacitance=problem.load_circuit.smoothing or 0.0,
         **fields,
     )
 
@@ -185,9 +184,9 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
     problem = runs.problem
     levels = runs.levels
     duration = runs.duration
-    circuit = problem.circuit
+    circuit = problem.load_circuit
     top = float(levels[-1])
-    assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
+    assert circuit.smoothing is not None, "the refusal checks this"
     table, rough, steps, _ = measured(problem, top, runs.h)
     both = compiled_circuit(circuit, problem.scales)
     farads, ohm = circuit.smoothing, both.resistance
@@ -225,8 +224,8 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     from harvester.storage.slow_circuit import noise_check
 
     problem, levels = runs.problem, runs.levels
-    scales, circuit = problem.scales, problem.circuit
-    assert circuit is not None and circuit.smoothing is not None, "the refusal checks this"
+    scales, circuit = problem.scales, problem.load_circuit
+    assert circuit.smoothing is not None, "the refusal checks this"
     top = float(levels[-1])
     farads = circuit.smoothing
     ohm = compiled_circuit(circuit, scales).resistance
@@ -294,8 +293,7 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     from harvester.storage.slow_circuit import SlowCircuit, direct_check
 
     problem, levels = runs.problem, runs.levels
-    scales, circuit = problem.scales, problem.circuit
-    assert circuit is not None, "the refusal checks this"
+    scales, circuit = problem.scales, problem.load_circuit
     cut = cut_behind_rectifier(circuit)
     assert cut is not None, "the refusal checks this"
     table, rough, steps, _ = measured(problem)

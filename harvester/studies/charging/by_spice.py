@@ -90,12 +90,16 @@ def _device(runs: ChargeRuns, h: float) -> "CoupledDevice":
 
     problem = runs.problem
     eqs = runs.problem.equations
-    assert problem.circuit is not None, "the engine refuses an open circuit"
     check_bounded(eqs, driven=problem.netlist is not None)
     step = whole_steps(h, eqs.shaking_period)
     probes = () if runs.probe is None else (runs.probe,)
     return CoupledDevice(
-        eqs, problem.scales, problem.circuit, step, max(1, round(READING / step)), probes=probes
+        eqs,
+        problem.scales,
+        problem.load_circuit,
+        step,
+        max(1, round(READING / step)),
+        probes=probes,
     )
 
 

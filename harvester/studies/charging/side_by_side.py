@@ -40,7 +40,6 @@ def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
 
     problem = runs.problem
     s = runs.problem.scales
-    assert problem.circuit is not None, "the engine's refusal checks this"
     circuit = _MODELS[engine]().model(problem).circuit
     count = runs.count if problem.equations.density is None else max(runs.count, FEWEST_DRAWN)
     root = np.random.SeedSequence([runs.seed, 8])
@@ -65,7 +64,7 @@ def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
         at=at / s.frequency,
         curves=curves.T * s.volts,
         end=runs.duration,
-        capacitance=problem.circuit.smoothing or 0.0,
+        capacitance=problem.load_circuit.smoothing or 0.0,
         steps=fine.steps + coarse.steps,
         seconds=time.perf_counter() - begin,
         unknown=_MODELS[engine].UNKNOWN,

@@ -110,8 +110,7 @@ def candidates(scene: Scene, circuit: str, needed: DesignNeed) -> list[Candidate
     reason = refusal_of_slow(problem, Probe(STORE, "V"), records=True)
     if reason is not None:
         raise CannotServeError(reason)
-    assert problem.circuit is not None, "a netlist was asked for"
-    if "L" not in problem.circuit.values:
+    if "L" not in problem.load_circuit.values:
         return [bare]
     return [
         dataclasses.replace(bare, coil=name, parameters=_with(coil)) for name, coil in COILS.items()

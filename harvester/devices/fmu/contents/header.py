@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from harvester.circuits.circuit_part import CircuitTables
 from harvester.circuits.substeps import AT, COUNTS, LEVELS, ROOMS
 from harvester.devices.fmu.fixed_scales import Units
-from harvester.devices.fmu.parts import CompiledPart
+from harvester.devices.fmu.parts import IN_REPORT, AnyPart
 from harvester.devices.fmu.variables import Variable
-from harvester.mechanics.part import gridded, located
-from harvester.mechanics.part.part_state import OUT, W
+from harvester.mechanics.part.part_state import W
 
 KINDS = ("PARAMETER", "TUNABLE", "INPUT", "OUTPUT", "TIME")
 # Variables and numbers that the program knows by name; -1 if a device lacks them
@@ -44,20 +43,20 @@ USED = (
 )
 
 
-def header(variables: list[Variable], part: CompiledPart, token: str, frequency: float) -> str:
+def header(variables: list[Variable], part: AnyPart, token: str, frequency: float) -> str:
     """The text of model.h; ``frequency`` is w0 (rad/s), whose inverse is the part's time."""
     lines = [f'#define TOKEN "{token}"', f"#define FREQUENCY {frequency!r}"]
-    lines.append(f"#define INNER_STEP {part.plan.h!r}")
-    resolved = located.RESOLVED if part.plan.located else gridded.RESOLVED
-    fastest = max(resolved / part.plan.h, part.plan.outside.drive_frequency or 0.0)
-    lines.append(f"#define FASTEST {fastest!r}")
+    lines.append(f"#define INNER_STEP {part.step!r}")
+    lines.append(f"#define FASTEST {part.fastest!r}")
+    lines += [f"#define {name} {value}" for name, value in part.model.items()]
     lines += [f"#define VARIABLES {len(variables)}", f"#define NUMBERS {len(part.values)}"]
     length = 0 if part.tables is None else len(part.tables.rest)
-    lines += [f"#define STATE_SIZE {int(W.SIZE) + length}", f"#define OUT_SIZE {int(OUT.SIZE)}"]
-    lines += [f"#define LOCATED {int(part.plan.located)}"]
+    size = int(W.SIZE) + length + part.model["MODEL_SIZE"]
+    lines += [f"#define STATE_SIZE {size}"]
+    lines += [f"#define LOCATED {int(part.located)}"]
     for name in USED:
         lines.append(f"#define W_{name} {int(W[name])}")
-    lines += [f"#define OUT_{name} {int(OUT[name])}" for name in ("IMPACTS", "IMPACT_TIME")]
+    lines += [f"#define OUT_{name} {part.report_places[name]}" for name in IN_REPORT]
     names = [variable.name for variable in variables]
     lines += [f"#define {key} {_index(names, name)}" for key, name in NAMED.items()]
     lines += [f"#define {key} {_index(part.names, name)}" for key, name in NUMBERS.items()]
@@ -119,7 +118,7 @@ def _tables(tables: CircuitTables | None) -> Iterator[str]:
     yield "#define CIRCUIT_RECORD {" + ", ".join((addresses | values).values()) + "}"
 
 
-def _row(variable: Variable, part: CompiledPart) -> str:
+def _row(variable: Variable, part: AnyPart) -> str:
     """A variable as C writes it."""
     unit = part.names.index(variable.of_part) if variable.of_part else -1
     kind = "INTEGER" if variable.integer else "FLOAT"

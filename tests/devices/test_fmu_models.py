@@ -1,0 +1,283 @@
+"""Models of `cosimulate` as FMUs: the trajectories of `cosimulate`, with its circuits and ports; and refusals."""
+
+import math
+import runpy
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import harvester as hv
+from harvester.errors import CannotServeError, InputError
+from tests.support import fmu
+from tests.support.paths import EXAMPLES
+
+pytest.importorskip("fmpy")
+pytest.importorskip("ziglang")
+pytestmark = pytest.mark.slow
+
+PIEZO = hv.Piezo(coupling="1 mN/V", capacitance="50 nF")
+COURSE = """
+rows = []
+for n in (1, 7, 100):
+    r = simulate_fmu(fmu, stop_time=STEPS * h, step_size=n * h, output_interval=n * h)
+    rows.append([[float(r[name][k]) for name in NAMES] for k in range(len(r)) if round(r["time"][k] / h) % 700 == 0])
+print(json.dumps([h, validate_fmu(fmu), rows]))
+"""
+
+
+class Place(NamedTuple):
+    """A displacement (m) and a velocity (m/s)."""
+
+    x: float
+    v: float
+
+
+class Swing(NamedTuple):
+    """Mass (kg), damping (N s/m), stiffness (N/m), density of force (N^2/Hz), and a base's acceleration (m/s^2)."""
+
+    m: float = 0.04
+    c: float = 6e-3
+    k: float = 16.0
+    density: float = 0.0
+    a: float = 0.0
+
+    def drift(self, s, h):
+        return Place(s.x + h * s.v, s.v)
+
+    def kick(self, s, h, reaction, noise):
+        half = 0.5 * h * self.c / self.m
+        force = (
+            h * (-self.k * s.x - reaction - self.m * self.a) + math.sqrt(self.density * h) * noise
+        )
+        return Place(s.x, ((1.0 - half) * s.v + force / self.m) / (1.0 + half))
+
+    def source(self, s):
+        return s.x
+
+
+def exported(folder, model, **options):
+    """The FMU of a model."""
+    return hv.export(model, folder / "model.fmu", platforms=[fmu.HERE], **options)
+
+
+def course(path, steps, *names):
+    """The step, and outputs each 700 steps, for communication steps of 1, 7 and 100: the same to the last digits."""
+    code = COURSE.replace("STEPS", str(steps)).replace("NAMES", repr(names))
+    h, problems, rows = fmu.run(path, code)
+    assert problems == []
+    first, *others = map(np.array, rows)
+    for other in others:
+        assert np.abs(other - first).max() <= 1e-11 * np.abs(first).max()
+    return h, first
+
+
+@pytest.mark.ngspice
+def test_a_beam_has_the_path_of_cosimulate(tmp_path):
+    """Two modes, five impacts that divide steps, and a resistor: to 1e-7 of each largest value."""
+    example = runpy.run_path(str(EXAMPLES / "beam_with_stop.py"))
+    path = exported(
+        tmp_path,
+        example["Beam"](),
+        port=example["PIEZO"],
+        start=example["START"],
+        step="50 us",
+        load=example["LOAD"],
+    )
+    names = [f"state.{name}" for name in example["START"]._fields]
+    h, rows = course(path, 2100, *names, "events", "port_work", "load_energy", "stored_energy")
+    reference = example["run"](duration=2100 * 50e-6)
+    assert h == pytest.approx(50e-6, rel=1e-15)
+    for k, name in enumerate(example["START"]._fields):
+        expected = reference.state[name][::700]
+        size = np.abs(reference.state[name]).max()
+        assert np.abs(rows[:, k] - expected).max() < 1e-7 * size
+    assert rows[-1, 4] == reference.number_of_events > 4
+    work, load, stored = rows[-1, 5:]
+    assert load + stored == pytest.approx(work, rel=0.01)
+
+
+@pytest.mark.ngspice
+def test_a_coil_has_the_path_of_cosimulate(tmp_path):
+    """A magnet, and a coil with resistance and inductance: to 2e-4 at 0.25 ms, whose own error is 1e-3."""
+    example = runpy.run_path(str(EXAMPLES / "electromagnetic_bridge.py"))
+    given = {"port": example["COIL"], "start": example["Magnet"](0.0, 0.0, 0.0)}
+    load = hv.Load(resistance="1 kohm")
+    path = exported(tmp_path, example["Harvester"](), step="0.25 ms", load=load, **given)
+    h, rows = course(path, 4200, "state.x", "voltage", "port_work", "load_energy")
+    reference = hv.cosimulate(
+        example["Harvester"](), load, given["port"], given["start"], 4200 * h, h, tolerance=1e-6
+    )
+    assert np.abs(rows[:, 0] - reference.state["x"][::700]).max() < 2e-4 * 2.2e-3
+    assert (
+        np.abs(rows[:, 1] - reference.voltage[::700]).max() < 2e-4 * np.abs(reference.voltage).max()
+    )
+    # the rest is lost in the coil's resistance, a tenth of the load's
+    assert rows[-1, 2] == pytest.approx(1.1 * rows[-1, 3], rel=1e-3)
+
+
+@pytest.mark.ngspice
+def test_a_bridge_has_the_path_of_cosimulate(tmp_path):
+    """A netlist inside, by the solver of engine `compiled`: its store is that of ngspice to 0.1 %."""
+    start = Place(5e-3, 0.0)
+    path = exported(tmp_path, Swing(), port=PIEZO, start=start, step="1 ms", load="bridge")
+    h, rows = course(
+        path, 2100, "state.x", "store_voltage", "port_work", "load_energy", "stored_energy"
+    )
+    reference = hv.cosimulate(
+        Swing(), "bridge", PIEZO, start, 2100 * h, h, tolerance=1e-6, probe="store"
+    )
+    assert np.abs(rows[:, 0] - reference.state["x"][::700]).max() < 1e-4 * 5e-3
+    expected = reference.probes["store"][::700]
+    assert np.abs(rows[:, 1] - expected).max() < 1e-3 * expected.max()
+    assert expected.max() > 1.0
+    assert rows[-1, 3] + rows[-1, 4] == pytest.approx(rows[-1, 2], rel=1e-3)
+
+
+def test_an_electrical_port_an_input_and_states(tmp_path):
+    """A resistance outside is that inside; an acceleration as an input moves the mass; states go on alike."""
+    start = Place(5e-3, 0.0)
+    given = {"port": PIEZO, "start": start, "step": "2 ms"}
+    (tmp_path / "inside").mkdir()
+    inside = exported(tmp_path / "inside", Swing(), load=hv.Load(resistance="1 Mohm"), **given)
+    outside = exported(tmp_path, Swing(), inputs=["a"], **given)
+    _, expected = course(inside, 1400, "state.x", "voltage", "load_energy")
+    code = """
+one = begun(opened(), load_resistance=1e6)
+rows = [shown(one, "state.x", "voltage", "load_energy")]
+for k in range(2):
+    one.doStep(1.4 * k, 1.4)
+    rows.append(shown(one, "state.x", "voltage", "load_energy"))
+state = one.getFMUstate()
+one.setReal([number["model.a"]], [0.5])
+one.setReal([number["current"]], [1e-9])
+moved = path(one, ("state.x", "voltage"), 2.8, 50)
+one.setFMUstate(one.deSerializeFMUstate(one.serializeFMUstate(state)))
+one.doStep(2.8, 0.615)
+calm = shown(one, "state.x", "voltage")
+one.setFMUstate(state)
+one.setReal([number["model.a"]], [0.5])
+one.setReal([number["current"]], [1e-9])
+again = path(one, ("state.x", "voltage"), 2.8, 50)
+causes = {v.name: v.causality for v in described.modelVariables}
+print(json.dumps([rows, moved == again, calm, moved[-1], [causes[n] for n in ("model.a", "model.k", "current")]]))
+"""
+    rows, same, calm, moved, causes = fmu.run(outside, code)
+    assert np.array(rows) == pytest.approx(expected, rel=1e-9)
+    assert same
+    assert abs(moved[0] - calm[0]) > 1e-5
+    assert causes == ["input", "parameter", "input"]
+
+
+def test_noise_has_its_variance(tmp_path):
+    """|z| < 4 of the mean kinetic energy: m E[v^2] = S/(2 c), over 60 trajectories of 200 s."""
+    path = exported(
+        tmp_path,
+        Swing(c=0.02, density=1e-6),
+        port=PIEZO,
+        start=Place(0.0, 0.0),
+        step="5 ms",
+        load=hv.Load(resistance=1.0),
+    )
+    code = """
+found = []
+for seed in range(60):
+    one = opened()
+    one.instantiate()
+    one.setupExperiment(startTime=0.0)
+    one.setInteger([number["seed"]], [seed])
+    one.enterInitializationMode()
+    one.exitInitializationMode()
+    t, squares = 0.0, []
+    for k in range(1000):
+        one.doStep(t, 0.2)
+        t += 0.2
+        if k >= 200:
+            squares.append(shown(one, "state.v")[0] ** 2)
+    found.append(float(np.mean(squares)))
+    one.terminate()
+print(json.dumps(found))
+"""
+    found = np.array(fmu.run(path, code))
+    expected = 1e-6 / (2.0 * 0.02 * 0.04)
+    z = (found.mean() - expected) / (found.std(ddof=1) / math.sqrt(len(found)))
+    assert found.std(ddof=1) / math.sqrt(len(found)) < 0.05 * expected
+    assert abs(z) < 4.0, (found.mean(), expected, z)
+
+
+class Raising(Swing):
+    def kick(self, s, h, reaction, noise):
+        if s.x > 1.0:
+            raise ValueError("too far")
+        return s
+
+
+class Lists(Swing):
+    def kick(self, s, h, reaction, noise):
+        return Place(*(part + 0.0 for part in {s: 1}.popitem()[0]))
+
+
+class Arrays(Swing):
+    def kick(self, s, h, reaction, noise):
+        all_of = np.zeros(3)
+        all_of[int(s.x)] = 1.0
+        return Place(s.x, s.v + all_of.sum())
+
+
+class Plain:
+    def drift(self, state, h):
+        return state
+
+    def kick(self, state, h, reaction, noise):
+        return state
+
+    def source(self, state):
+        return 0.0
+
+
+GIVEN = {"port": PIEZO, "start": Place(0.0, 0.0), "step": "1 ms"}
+
+
+@pytest.mark.parametrize(
+    ("model", "options", "words"),
+    [
+        (Raising(), GIVEN, r"`model.kick` must not raise errors .*test_fmu_models.py, line \d+"),
+        (Arrays(), GIVEN, r"`model.kick` must use numbers alone .*test_fmu_models.py, line \d+"),
+        (Plain(), GIVEN, "`model` must be a NamedTuple of numbers for an FMU"),
+        (Swing(), GIVEN | {"port": None}, "`port` must be given with a model"),
+        (Swing(), GIVEN | {"step": 0.0}, "`step` must be a time above 0"),
+        (Swing(), GIVEN | {"step": math.nan}, "`step` must be a time above 0"),
+        (Swing(), GIVEN | {"start": (0.0, 0.0)}, "`start` must be a NamedTuple"),
+        (Swing(), GIVEN | {"inputs": ["mass"]}, "mass"),
+        (Swing(), GIVEN | {"circuit": "inside"}, "`circuit` must belong to a Scene"),
+        (Swing(), GIVEN | {"fmi": 4}, "`fmi` must be 2 or 3"),
+        (Swing(), GIVEN | {"platforms": "amiga"}, "amiga"),
+    ],
+)
+def test_a_model_is_refused_in_one_line(tmp_path, model, options, words):
+    with pytest.raises(InputError, match=words) as caught:
+        hv.export(model, tmp_path / "model.fmu", **options)
+    assert "\n" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_python_that_numba_does_not_compile_is_refused_with_its_line(tmp_path):
+    """`cosimulate` names the same line; sets and sorted mixtures have no machine code."""
+    with pytest.raises(
+        InputError, match=r"numba compiles it, but Lists is not: .*line \d+"
+    ) as caught:
+        hv.export(Lists(), tmp_path / "model.fmu", **GIVEN)
+    assert "\n" not in str(caught.value)
+    assert "an FMU has no Python inside" in str(caught.value)
+
+
+def test_what_only_a_scene_or_a_netlist_of_a_piezo_has(tmp_path):
+    """A subcircuit of a model, a netlist with a coil, and an option of a model with a scene."""
+    with pytest.raises(CannotServeError, match=r"must be an FMU, such as model.fmu"):
+        hv.export(Swing(), tmp_path / "model.lib", **GIVEN)
+    coil = GIVEN | {"port": hv.Coil(coupling=10.0)}
+    with pytest.raises(CannotServeError, match="a load resistance inside"):
+        hv.export(Swing(), tmp_path / "model.fmu", load="bridge", **coil)
+    with pytest.raises(InputError, match="`step` must belong to a model of `cosimulate`"):
+        hv.export(EXAMPLES / "plate.toml", tmp_path / "plate.fmu", step="1 ms")
+    assert list(tmp_path.iterdir()) == []

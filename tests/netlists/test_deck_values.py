@@ -1,0 +1,73 @@
+"""Values of a deck that a scene writes otherwise: the piezo's capacitance, and steps."""
+
+import pytest
+
+from harvester.errors import InputError
+from harvester.netlists.adoption import adopt
+
+DECK = """* a deck
+.param CP=41n
+I1 0 p SIN(0 40u 46)
+C0 p 0 {c}
+D1 p out d
+Rload out 0 {{RL}}
+.param RL=100k
+.model d D
+{step}
+.end
+"""
+
+
+def adopted(folder, c="41n", step=""):
+    path = folder / "values.cir"
+    path.write_text(DECK.format(c=c, step=step))
+    return adopt(path)
+
+
+@pytest.mark.parametrize(
+    ("written", "value"),
+    [
+        ("41n", "41n"),
+        ("41nF", "41n"),
+        ("41N", "41n"),
+        ("0.041M", "41u"),
+        ("41F", "41f"),
+        ("4n7", "4n"),
+        ("{CP}", "41n"),
+        ("c=41.259n", "41.259n"),
+        ("5e-9 m=2", "10n"),
+    ],
+)
+def test_the_capacitance_is_a_number_of_the_scene(tmp_path, written, value):
+    """`M` is milli in SPICE and mega in a scene; the text of the deck was printed as it is."""
+    assert adopted(tmp_path, written).capacitance == value
+
+
+@pytest.mark.parametrize(
+    ("written", "code"), [("4n7", "digits_behind_suffix"), ("41F", "farad_or_femto")]
+)
+def test_an_unintended_capacitance_of_the_piezo_is_a_warning(tmp_path, written, code):
+    assert code in {one.code for one in adopted(tmp_path, written).diagnostics}
+
+
+def test_a_capacitance_is_above_zero(tmp_path):
+    with pytest.raises(InputError, match="capacitance above 0 F"):
+        adopted(tmp_path, "-41n")
+
+
+def test_a_step_whose_value_ltspice_reads_otherwise_is_a_warning(tmp_path):
+    remarks = adopted(tmp_path, step=".step param RL list 1k 4k7").diagnostics
+    (odd,) = (one for one in remarks if one.code == "digits_behind_suffix")
+    assert (odd.numbers["value"], odd.numbers["other"]) == (4000.0, 4700.0)
+
+
+def test_a_step_of_many_values_says_so(tmp_path):
+    remarks = adopted(tmp_path, step=".step param RL 1k 1Meg 10k").diagnostics
+    assert "deck_step_too_long" in {one.code for one in remarks}
+
+
+def test_a_deck_without_elements(tmp_path):
+    path = tmp_path / "none.cir"
+    path.write_text("* nothing\n.tran 1m 1\n.end\n")
+    with pytest.raises(InputError, match="has no element outside of subcircuits"):
+        adopt(path)
