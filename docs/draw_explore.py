@@ -29,7 +29,7 @@ def main() -> None:
         page.set_default_timeout(120_000)  # kernels may be compiled first
         page.locator(".run-ideal button").click()
         page.locator(".headline b", has_text="ideal").wait_for()
-        page.locator(".path-told", has_text="one path by").wait_for()
+        page.locator(".path-told", has_text="one trajectory by").wait_for()
         page.evaluate("window.scrollTo(0, 0)")
         for theme, picture in PICTURES.items():
             page.emulate_media(color_scheme=theme)

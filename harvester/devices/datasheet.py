@@ -32,7 +32,7 @@ class Field:
 MASS = "Mass and spring (two of the first three)"
 PIEZO = "Piezo"
 STOP = "Stop (left out: none)"
-SHAKING, LOAD = "Shaking of the base", "Load"
+SHAKING, LOAD = "Excitation of the base", "Load"
 _FREQUENCY = "excitation.frequency"
 _STRAIN = "Largest strain of the piezo over the displacement (1/m), such as 2.5"
 _CLAMPED = "Clamped capacitance (mass held, or far above resonance), such as 50.2 nF"
@@ -114,7 +114,7 @@ FIELDS = {
             "profile",
             "",
             SHAKING,
-            "Instead: shaking by name, such as walking",
+            "Instead: an excitation by name, such as walking",
             "harvester keys profile lists them.",
         ),
         Field(

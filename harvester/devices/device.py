@@ -39,7 +39,7 @@ _COPIED = {  # fields that stand in the scene file as they are: their tables, ke
         "peak of the base's harmonic motion",
     ),
     "drive_frequency": ("excitation", "frequency", "frequency of the harmonic motion"),
-    "profile": ("excitation", "profile", "shaking by name; harvester keys profile"),
+    "profile": ("excitation", "profile", "an excitation by name; harvester keys profile"),
     "level": ("excitation", "level", "times the accelerations of the profile"),
     "pulse_duration": ("excitation", "pulse_duration", "duration of a shock"),
     "event_rate": ("excitation", "event_rate", "shocks per second; without it a single one"),

@@ -53,16 +53,14 @@ def of_coil(problem: Problem) -> dict[str, str]:
     quality = (
         coil_quality(circuit.values, problem.scene.modal.capacitance) if circuit and piezo else None
     )
-    return {} if quality is None else {"quality of the coil": f"{quality:.2g}"}
+    return {} if quality is None else {"quality of the inductor": f"{quality:.2g}"}
 
 
 def sentence(path: dict[str, Any], sizes: dict[str, str]) -> str:
     """A path and its sizes in words."""
     hits = "" if path["impacts"] is None else f", {path['impacts']} impacts since rest"
     words = ", ".join(f"{name} {size}" for name, size in sizes.items())
-    text = (
-        f"the last 12 periods of one path by {path['engine']}{hits}: {words}; a path is not a mean"
-    )
+    text = f"the last 12 periods of one trajectory by {path['engine']}{hits}: {words}; it is not a mean"
     return "; ".join((text, *path["not_drawn"]))
 
 

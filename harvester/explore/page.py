@@ -151,7 +151,9 @@ class Explorer:
         self.paths.show(path)
         sizes = of_path(request.scene, path)
         self.say_of_path(sentence(path, sizes))
-        self._known_beside(request, {f"{name} of a path": size for name, size in sizes.items()})
+        self._known_beside(
+            request, {f"{name} of a trajectory": size for name, size in sizes.items()}
+        )
 
     def show_life(self, request: PageRequest, life: dict[str, Any]) -> None:
         """State how the node lives of the device, as a table and next to the power."""

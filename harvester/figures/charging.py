@@ -1,4 +1,4 @@
-"""The figure of a charging study: the voltage with its band, who has arrived, and the power on the way."""
+"""The figure of a charging study: voltage with its band, runs that arrived, charging power."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ _SEEN = 0.01  # of a value: a shorter bar is hidden by its mark
 
 
 def charging(answer: ChargingResult, title: str | None) -> Plot:
-    """Draw the voltage over time; for several runs also the fraction at the target, and the storage power."""
+    """Draw the voltage over time; for several runs the fraction at the target, and the power."""
     of = answer.unit_names
     several = answer.stderr is not None
     known = [level for level in answer.levels if level.power is not None]

@@ -1,4 +1,4 @@
-"""The figure of a motion's densities, with the histogram of one path behind them, and of a spectrum."""
+"""The figures of densities, with the histogram of one trajectory behind them, and of a spectrum."""
 
 from typing import Any
 
@@ -71,7 +71,7 @@ def densities(result: Densities, title: str | None) -> Plot:
         entitle(figure, title, "How is the motion distributed?")
         how = "Lines and velocity over displacement: engine density. Grey bars"
         counted = " and voltage over displacement" if result.voltage_plane is not None else ""
-        legend(figure, f"{how}{counted}: counted along one sampled path.")
+        legend(figure, f"{how}{counted}: counted along one sampled trajectory.")
     return figure
 
 

@@ -1,4 +1,4 @@
-"""The figures of engines: the errors of one answer, several answers side by side, and the cost of accuracy."""
+"""The figures of engines: errors of one answer, answers side by side, the cost of accuracy."""
 
 import math
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ _HATCHES = {"sampling, 95 %": "", "step": "////", "model, estimated": "...."}
 
 
 def estimate(answer: Estimate, title: str | None) -> Plot:
-    """Draw bars of the mean power's errors in percent of it, and of the ledger's powers; an unknown error is named."""
+    """Draw bars of the mean power's errors in percent, and of the energy balance."""
     flows = {k.removeprefix(_LEDGER): v for k, v in answer.details.items() if k.startswith(_LEDGER)}
     flows.pop("residual", None)
     with styled():
@@ -93,7 +93,7 @@ def _errors(here: Axes, answer: Estimate) -> None:
 
 
 def comparison(answer: Comparison, title: str | None) -> Plot:
-    """Draw each engine's power with its total error, and V of one path from three sources, with and without the stop.
+    """Draw each engine's power with its total error, and V of one trajectory from three sources.
 
     The axis of the powers need not begin at zero: differences and errors are compared.
     """
@@ -166,7 +166,7 @@ def in_words(power: Value, unit: str) -> str:
 
 
 def _path(panel: Axes, path: PathComparison) -> None:
-    """Draw the end of one path: V from ngspice, from the exact update, and as the published theory decouples it."""
+    """Draw the end of one trajectory: V from ngspice, the exact update and the published theory."""
     shown = path.t > (1.0 - _SHOWN) * path.t[-1]
     clock = scale("time", path.unit_names.time, path.t[shown])
     volt = scale("voltage", path.unit_names.voltage, [*path.spice[shown], *path.decoupled[shown]])
@@ -183,7 +183,9 @@ def _path(panel: Axes, path: PathComparison) -> None:
     for label, (values, look) in curves.items():
         panel.plot(t, values[shown] / volt.factor, label=label, **look)
     errors = [percent(error, 1.0) for error in (path.decoupled_rms_error, path.spice_rms_error)]
-    panel.set_title(f"One path {path.title}: RMS error {errors[0]} published, {errors[1]} ngspice")
+    panel.set_title(
+        f"One trajectory {path.title}: RMS error {errors[0]} published, {errors[1]} ngspice"
+    )
     panel.set_ylabel(volt.label.replace(" (", "\n("))
     panel.set_xlim(t[0], t[-1])
     panel.set_xlabel(clock.label)

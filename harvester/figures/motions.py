@@ -67,7 +67,7 @@ class _Drawn:
 
     @property
     def end(self) -> float:
-        """When the path ends."""
+        """When the trajectory ends."""
         return float(self.path.time[-1])
 
     @property
@@ -85,7 +85,7 @@ class _Drawn:
 
 
 def motion(path: Motion, title: str | None) -> Plot:
-    """Draw displacement, voltage and probes of the part shown, phase plane and densities; stops are dashed lines."""
+    """Draw displacement, voltage and probes, phase plane and densities; stops are dashed lines."""
     drawn = _Drawn.of(path)
     rows = len(drawn.over_time)
     with styled():
@@ -100,11 +100,11 @@ def motion(path: Motion, title: str | None) -> Plot:
                 here.xaxis.set_major_locator(
                     MaxNLocator(most, steps=_ROUND) if most > 2 else MaxNLocator(most)
                 )
-        entitle(figure, title, "One path over time")
+        entitle(figure, title, "One trajectory over time")
         rest = "." if drawn.from_rest else ", used for the densities."
         legend(
             figure,
-            beside=f"Phase plane: the end of the path, and in grey the last three quarters of it{rest}",
+            beside=f"Phase plane: the end of the trajectory, in grey its last three quarters{rest}",
         )
     return figure
 
@@ -163,7 +163,7 @@ def _phase_plane(plane: Any, drawn: _Drawn) -> None:
 
 
 def _densities(column: Any, drawn: _Drawn) -> None:
-    """Draw how often displacement, voltage and probes have each value; nothing of a path from rest."""
+    """Draw how often displacement, voltage and probes have each value, unless it is from rest."""
     if drawn.from_rest:
         for here in column:
             here.remove()

@@ -1,4 +1,4 @@
-"""The figures of a sensor's supply: the storage voltage of a node, and the circuits that a design chose from."""
+"""The figures of a sensor's supply: the storage voltage, and the circuits of a design."""
 
 from harvester.figures.quantities import Scale, amount, scale
 from harvester.figures.style import INK, WIDTH, entitle, legend, new
@@ -51,7 +51,7 @@ def node(answer: NodeResult, title: str | None) -> Plot:
 
 
 def design(answer: DesignResult, title: str | None) -> Plot:
-    """Draw each circuit's power with its total error, next to the required one; the chosen one is first."""
+    """Draw each circuit's power with its total error, and the required one; the chosen one is first."""
     x = scale(
         "power available at the voltage needed",
         "W",

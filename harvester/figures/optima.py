@@ -111,7 +111,7 @@ def _sound(answer: Optimum) -> tuple[list[Evaluation], int]:
 
 
 def _star(answer: Optimum) -> str:
-    """The meaning of the star, with its numbers: no optimum if most of the range was never looked at."""
+    """The meaning of the star, with its numbers: no optimum if most of the range was not searched."""
     what = "optimum" if answer.scanned else "highest so far: the scan was cut short"
     power = in_words(answer.estimate.mean_power, answer.estimate.unit_names.power)
     values = (
@@ -181,7 +181,7 @@ def _local_fit(here: Axes, key: OptimalKey, evaluations: _Evaluations, colour: s
 
 
 def _plane(here: Axes, answer: Optimum, evaluations: _Evaluations, label: str) -> None:
-    """Draw a smooth map over two keys, made as they were searched: by ratio if the axis is logarithmic."""
+    """Draw a smooth map over two keys: by ratio if the axis is logarithmic."""
     first, second = answer.keys
     ranges = zip((here.xaxis, here.yaxis), (first.range, second.range), strict=True)
     by = [mark(axis, r.key, [r.low, r.high], r.logarithmic) for axis, r in ranges]

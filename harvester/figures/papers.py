@@ -1,4 +1,4 @@
-"""The figures of both theories against Monte Carlo: those of the paper, and the region of stability."""
+"""The figures of the Entropy 2026 paper, and the region of stability: theories and Monte Carlo."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -31,7 +31,7 @@ _NAMES = {
 
 
 def paper(answer: PaperFigure, title: str | None) -> Plot:
-    """Draw the panels of one of the paper's figures: published, ours, and Monte Carlo with 95 % intervals."""
+    """Draw the panels of a figure: published, ours, and Monte Carlo with 95 % intervals."""
     points = answer.points
     panels = list(dict.fromkeys(p.panel for p in points))
     curves = list(dict.fromkeys(p.curve for p in points))

@@ -100,7 +100,7 @@ def mark(axis: Axis, key: str, values: Any, logarithmic: bool) -> float:
 
 
 def logarithm(axis: Axis, prefixes: bool = False) -> None:
-    """Make an axis logarithmic, with ticks 1 k, 10 k, 1 M (``prefixes``), or 0.001, 0.1, 100 and 10⁻⁵."""
+    """Make an axis logarithmic: ticks 1 k, 10 k, 1 M (``prefixes``), or 0.001, 0.1, 100, 10⁻⁵."""
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")  # type: ignore[attr-defined]
     axis.set_major_formatter(_TickFormat(prefixes))
     axis.set_minor_formatter(_TickFormat(prefixes))

@@ -1,4 +1,4 @@
-"""The figure of a sweep: mean power along one varied key, and each engine's power over that of one of them."""
+"""The figure of a sweep: mean power along one key, and ratios of the engines' powers."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence

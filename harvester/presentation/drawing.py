@@ -35,8 +35,8 @@ def draw(result: object, title: str | None, ax: "Axes | None" = None, **options:
     """The plot of a result, with a title above: the figure's own one if empty, none if None.
 
     Axes ``ax`` of the user get its first panel, whose own title stays unless one is given; their
-    figure is returned.  Text that is set later may hold formulas between dollar signs, as in any figure of
-    matplotlib; its own is drawn unchanged.
+    figure is returned.  Text that is set later may hold formulas between dollar signs, as in any
+    figure of matplotlib; its own is drawn unchanged.
 
     Raises InputError if ``ax`` are not the axes of a plane.
     """

@@ -112,7 +112,7 @@ STUDIES = (
                 "stop",
                 str,
                 None,
-                "Outage of the shaking after these days, such as 2h: whether the storage outlasts it, or which would.",
+                "Outage of the excitation after these days, such as 2h: does the storage outlast it, or which would.",
             ),
             Option("seed", int, 0, "Random seed (same seed, same noise)."),
         ),

@@ -295,7 +295,7 @@ def test_runs_pin_and_files(visit):
         str(ROOT / "examples" / "paper_figure3.toml")
     )
     page.locator(".field.knob-nondimensional-mu").wait_for()
-    page.locator(".path-told", has_text="one path by ensemble").wait_for()
+    page.locator(".path-told", has_text="one trajectory by ensemble").wait_for()
     assert visit.faults == []
     page.close()
 
