@@ -1,4 +1,4 @@
-"""Libraries of other systems: of the right processor, with all functions of FMI, and with the system's libraries alone.
+"""Libraries of other systems have the right processor, all functions of FMI, and the system's libraries alone.
 
 They are not run here.
 """
