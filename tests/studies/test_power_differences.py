@@ -95,7 +95,7 @@ VOLTS = {"piezo.coupling": -1, "piezo.capacitance": -2} | {
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_impedances_scaled_with_the_coupling_leave_the_power_of_a_board(tmp_path):
-    """Of a bridge, a store and a load behind it: the gradients cancel, within five times the price of the power."""
+    """A bridge, a storage and a load behind it: the gradients cancel, within five times the price of the power."""
     path = tmp_path / "board.cir"
     header = ".subckt load p n Is=1n N=1.8 Ca=22u Ra=10k Cb=1u Rb=20k"
     path.write_text(f"* a board\n{header}\n{BOARD}\n.ends\n")

@@ -90,7 +90,7 @@ def test_ends_in_falling_order_are_ends_too():
 
 
 def test_noise_is_not_a_curvature():
-    """Of a straight line with noise nothing is left; the slope between uneven ends stays."""
+    """Nothing is left of a straight line with noise; the slope between uneven ends stays."""
     errors = np.array([0.01, 0.01])
     noisy = ENDS @ [0.5, 0.8] + [0.0, 1e-4, 1e-4, -1e-4, 1e-4]
     law = curved_law.through_ends(ENDS, noisy, errors)
