@@ -1,12 +1,12 @@
-"""The error that `averaged` states of itself, against engine `density` (no sampling), on random scenes with a stop.
+"""The error that `averaged` states of itself, against engine `density` (no sampling), on random scenes.
 
-    python benchmarks/averaged_error.py [--scenes 300] [--seed 1] [--keep FILE]
+    python benchmarks/averaged_error.py [--scenes 400] [--seed 1] [--keep FILE]
 
-Restitution .3 to 1, beta and mu .02 to 10, half of the scenes with each further effect; the stop is
-at rest, at a distance or preloaded.  One line a scene that lies outside, then a table by kind of
-stop: how many are outside, the medians of the stated and of the actual error, and of their ratio.
-With --keep the referee's answers are written, and read again the next time.  Some 4 s of processor
-time a scene.
+Restitution 0.3 to 1, beta 0.02 to 5, mu 0.01 to 30, half of the scenes with each further effect; a
+sixth has no stop, the others one at rest, at a distance or preloaded.  One line a scene that lies
+outside, then a table by kind of stop: how many are outside, the medians of the stated and of the
+actual error, and of their ratio.  With --keep the referee's answers are written, and read again the
+next time.  Some 2 s of processor time a scene.  More than two scenes outside are a failure.
 """
 
 import argparse
@@ -19,8 +19,9 @@ import numpy as np
 import harvester as hv
 from harvester.errors import HarvesterError
 
-WITHIN = 1e-3  # of the referee, and the most that it may leave
-LATEST = 40.0  # seconds for one scene
+WITHIN = 1e-2  # of the referee, and the most that it may leave
+LATEST = 120.0  # seconds for one scene
+MOST = 2  # scenes outside
 
 
 def between(rng, low, high):
@@ -31,8 +32,8 @@ def between(rng, low, high):
 def random_table(rng):
     """A nondimensional scene with a stop; its gap is in proportion to the amplitude that the noise reaches."""
     table = {"c1": -between(rng, 0.002, 0.2), "D11": between(rng, 0.002, 0.05)}
-    table |= {"beta": between(rng, 0.02, 10), "mu": between(rng, 0.02, 10)}
-    table["restitution"] = float(f"{rng.uniform(0.3, 1.0):.5g}")
+    table |= {"beta": between(rng, 0.02, 5), "mu": between(rng, 0.01, 30)}
+    restitution = float(f"{rng.uniform(0.3, 1.0):.5g}")
     for key, (low, high), sign in (
         ("alpha", (0.1, 5.0), 1.0),
         ("c2", (0.002, 0.1), -1.0),
@@ -41,9 +42,11 @@ def random_table(rng):
     ):
         if rng.random() < 0.5:
             table[key] = sign * between(rng, low, high)
-    kind = rng.choice(["at rest", "at rest", "gap", "gap", "preload"])
-    rms = np.sqrt(table["D11"] / (-table["c1"] + (1.0 - table["restitution"]) / np.pi))
-    if kind != "at rest":
+    kind = rng.choice(["none", "at rest", "at rest", "gap", "gap", "preload"])
+    rms = np.sqrt(table["D11"] / (-table["c1"] + (1.0 - restitution) / np.pi))
+    if kind != "none":
+        table["restitution"] = restitution
+    if kind in ("gap", "preload"):
         size = between(rng, 0.02, 3.0) if kind == "gap" else -between(rng, 0.02, 1.0)
         table["gap"] = float(f"{rms * size:.5g}")
     return str(kind), table
@@ -68,7 +71,7 @@ def judged(kind, table, true):
     row = {"kind": kind, "table": table}
     if "refused" in true:
         return row | {"unjudged": true["refused"]}
-    if true["error"] > WITHIN * 3 * true["value"]:
+    if true["error"] > WITHIN * true["value"]:
         return row | {"unjudged": f"the referee leaves {true['error'] / true['value']:.1%}"}
     try:
         v2 = hv.Averaged().run(_scene(table)).mean_square_voltage
@@ -111,7 +114,7 @@ def scenes(count, seed, keep):
 def summary(rows):
     """A row for each kind of stop: stated and actual errors have median and largest, their ratio median and least."""
     print("kind       scenes outside  stated          actual          ratio           not judged")
-    for kind in ("at rest", "gap", "preload", "all"):
+    for kind in ("none", "at rest", "gap", "preload", "all"):
         mine = [row for row in rows if kind in (row["kind"], "all")]
         good = [row for row in mine if "off" in row]
         if not good:
@@ -132,10 +135,10 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--scenes", type=int, default=300)
+    parser.add_argument("--scenes", type=int, default=400)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", type=Path)
     options = parser.parse_args()
     found = scenes(options.scenes, options.seed, options.keep)
     summary(found)
-    raise SystemExit(any(row.get("outside") for row in found))
+    raise SystemExit(sum(row.get("outside", False) for row in found) > MOST)

@@ -8,7 +8,9 @@ by the same current.
 """
 
 import argparse
+import contextlib
 import json
+import os
 import sys
 import tempfile
 from pathlib import Path
@@ -46,8 +48,9 @@ KNOWN = {"39": "ngspice 39", "47": "ngspice 47", "spice": "`spice`", "compiled":
 def asked(newer, rows):
     """The rows with both versions' powers (W), and the treatment by both engines."""
     table = {}
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "board.cir"
+    # Commands in messages name the file as it is seen from the present folder.
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        file = Path("board.cir")
         for row in rows:
             file.write_text(row.text)
             programs = {"39": "ngspice", "47": newer}
@@ -111,7 +114,9 @@ def main():
     options = parser.parse_args()
     if not options.page:
         known = json.loads(TABLE.read_text()) if options.new else {}
-        table = known | asked(options.newer, [row for row in ROWS if row.name not in known])
+        newer = options.newer
+        newer = str(Path(newer).resolve()) if os.sep in newer else newer
+        table = known | asked(newer, [row for row in ROWS if row.name not in known])
         table = {row.name: table[row.name] for row in ROWS}
         TABLE.write_text(json.dumps(table, indent=1) + "\n")
     PAGE.write_text(page(json.loads(TABLE.read_text())))

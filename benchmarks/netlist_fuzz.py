@@ -34,6 +34,7 @@ from tests.support.ngspice_oracle import LONGEST_STEP, Answer, Oracle
 
 SAME, ROUGH = 1e-3, 5e-3  # relative differences of power
 NEAR = 0.05  # below which both are integrated once more with shorter steps
+ENDLESS = 1e12  # V, beyond which both grow as long as they are driven, and have no power to compare
 TINY = 1e-9  # W, below which powers are equal: the drive gives some 1e-4 W
 PATIENCE = 30  # s, for one netlist
 SIMPLEST = Path(__file__).parents[1] / "netlists/resistor.cir"
@@ -122,6 +123,8 @@ def finely(text, ask, folder, flat):
 
 def is_same(text, theirs, mine):
     """Whether two answers are equal as far as two integrations can be."""
+    if min(theirs.voltage, mine.voltage) > ENDLESS:
+        return True
     share = ROUGH if is_rough(text) else SAME
     return abs(theirs.power - mine.power) <= share * max(theirs.power, mine.power) + TINY
 

@@ -8,7 +8,8 @@ elimination with pivots of the matrix at hand follows.
 Source: Duff, Erisman, Reid, Direct Methods for Sparse Matrices, 2nd ed. 2017, chapter 7.
 """
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -46,6 +47,58 @@ def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
         )
         pattern[np.ix_(rows, columns)] |= np.outer(pattern[rows, column], pattern[row, columns])
     return order
+
+
+def largest_factors(
+    voltages: Sequence[bool], largest: float, impedance: float
+) -> list[list[float]]:
+    """The largest factors, by the equations that are subtracted from and that are subtracted, shape (n, n).
+
+    From an equation of ``voltages`` currents are subtracted with factors of the size of an
+    impedance, and the other way round.
+    """
+    sizes = {0: largest, 1: largest * impedance, -1: largest / impedance}
+    return [[sizes[a - b] for b in voltages] for a in voltages]
+
+
+def terms_of(weights: Mapping[int, float]) -> list[float]:
+    """A sum on a tape: the number of its terms, and their places and weights."""
+    return [float(len(weights)), *itertools.chain(*weights.items())]
+
+
+def joined(sizes: Sequence[int], parts: Sequence[Sequence[float]]) -> list[float]:
+    """A tape: its length, the sizes, the places of its parts, and these."""
+    lengths = [len(part) for part in parts]
+    *begins, length = itertools.accumulate(lengths, initial=1 + len(sizes) + len(parts))
+    return [*map(float, (length, *sizes, *begins)), *itertools.chain.from_iterable(parts)]
+
+
+def tape_of(
+    order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequence[float]]
+) -> tuple[list[float], list[float]]:
+    """The lines of `lines_of` as numbers: those of the elimination, and those of the solution after it.
+
+    For each pivot its row, its place in the matrix, and the number of rows from which it is
+    subtracted; for each of these the row, the place of its entry, its limit, the number of entries,
+    and of each the places in both rows.  Then for each pivot, the last one first, its row and
+    column, and the places of the other entries with their columns.
+    """
+    n = len(pattern)
+    filled = pattern.copy()
+    forth, back = list[float](), list[float]()
+    for k, (row, column) in enumerate(order):
+        later = order[k + 1 :]
+        columns = [j for _, j in later if filled[row, j]]
+        others = [i for i, _ in later if filled[i, column]]
+        forth += [row, row * n + column, len(others)]
+        for other in others:
+            forth += [other, other * n + column, limits[other][row], len(columns)]
+            for j in columns:
+                forth += [other * n + j, row * n + j]
+                filled[other, j] = True
+        known = itertools.chain.from_iterable((row * n + j, j) for j in columns)
+        back = [row, column, len(columns), *known, *back]
+    return forth, back
 
 
 def lines_of(

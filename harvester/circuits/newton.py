@@ -2,12 +2,12 @@
 
 Newton's method on Y y + A (i(w) + q(w)/tau) = r, w = W y: the functions and their derivatives as
 straight lines (`harvester.circuits.derivatives`), the voltages of junctions limited, until no
-function differs from its tangent by more than its tolerance.
+function differs from its tangent by more than its tolerance.  A circuit with more junctions than
+`MOST_WRITTEN` is a tape of numbers, as the time of compilation grows with the square of the lines.
 """
 
 import hashlib
 import itertools
-import math
 import sys
 import threading
 import types
@@ -20,8 +20,15 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.circuits.derivatives import Writer
-from harvester.circuits.elimination import lines_of, pivots
-from harvester.circuits.newton_parts import LARGEST
+from harvester.circuits.elimination import (
+    joined,
+    largest_factors,
+    lines_of,
+    pivots,
+    tape_of,
+    terms_of,
+)
+from harvester.circuits.newton_parts import EACH, HELD, LARGEST
 from harvester.circuits.reduction import Reduction
 from harvester.circuits.system import Row
 from harvester.errors import InputError
@@ -45,11 +52,25 @@ from harvester.mechanics.kernels.compiled import c_function
 @c_function(SIGNATURE)
 def solve(y_at, r_at, Y_at, p_at, s_at, q_at, work_at, rate):
 '''
+_OF_A_TAPE = '''"""Made by harvester.circuits.newton for circuits of many junctions; it may be deleted at any time."""
+
+from numba import carray
+
+from harvester.circuits.newton_parts import SIGNATURE, solve_tape
+from harvester.mechanics.kernels.compiled import c_function
+
+
+@c_function(SIGNATURE)
+def solve(y_at, r_at, Y_at, p_at, s_at, q_at, work_at, rate):
+    p = carray(p_at, 3)
+    p, n, many = carray(p_at, int(p[0])), int(p[1]), int(p[2])
+    y, r, Y = carray(y_at, n), carray(r_at, n), carray(Y_at, n * n)
+    work = carray(work_at, n * n + 3 * n + 10 * many)
+    return solve_tape(y, r, Y, p, carray(q_at, many), work, rate)
+'''
+MOST_WRITTEN = 24  # junctions whose equations are straight lines
 _ONE_AT_A_TIME = threading.Lock()
 SAMPLES = 16  # of the matrix for each length of stages, by which pivots are chosen
-# beyond DAMPED iterations every fourth goes the whole way; the others leave this share of it
-EACH = 4
-HELD = 0.7
 FURTHEST = 1e15  # currents of the device, beyond which their rounding is no longer small beside one
 FURTHEST_OF_SOURCE = 1e12  # the same of a function, which no junction limits
 SMALL = 1e-7  # of the device's sizes: what a function may differ from its tangent by
@@ -101,12 +122,16 @@ class Solver:
             if not is_voltage:
                 furthest = writer.argument(FURTHEST_OF_SOURCE * volts / impedance)
                 self._tests[-1] += f" and abs({value}) <= {furthest}"
+        charges = len(system.charges) + len(system.diodes)
+        self.work = self.n * self.n + 3 * self.n + 10 * charges
+        linear = [reduction.stage(tau).admittances for tau in taus]
+        if len(system.diodes) > MOST_WRITTEN and not system.functions:
+            self.arguments = self._tape(volts, impedance, linear)
+            self.text = _OF_A_TAPE
+            return
         self._write_inputs(writer, impedance)
-        solution = self._elimination(
-            writer, impedance, [reduction.stage(tau).admittances for tau in taus]
-        )
+        solution = self._elimination(writer, impedance, linear)
         self.arguments, self._lines = writer.constants, writer.lines
-        self.work = self.n * self.n + self.n
         self.text = self._text(len(system.switches), len(system.diodes), solution)
 
     def _write_inputs(self, writer: Writer, impedance: float) -> None:
@@ -117,17 +142,7 @@ class Solver:
             if junction is None:
                 self._after.append(f"w{k} = v{k} + held * (u{k} - v{k})")
                 continue
-            knees = (
-                _knee(n, junction.saturation, impedance)
-                for n in (junction.thermal, junction.reverse)
-            )
-            given = (
-                junction.thermal,
-                next(knees),
-                min(junction.breakdown, 1e30),
-                junction.reverse,
-                next(knees),
-            )
+            given = junction.limits(impedance)
             self._after += [
                 f"l{k} = limited(v{k}, u{k}, {', '.join(map(writer.argument, given))})",
                 f"w{k} = l{k} + held * (u{k} - l{k})",
@@ -180,6 +195,41 @@ class Solver:
             matrices.append(weighted)
         return np.array(matrices)
 
+    def _tape(self, volts: float, impedance: float, linear: list[Floats]) -> list[float]:
+        """The circuit as numbers, for `newton_parts.solve_tape`.
+
+        Its parts: voltages of junctions; 16 numbers of each; currents into equations; places in the
+        linear matrix; slopes into the matrix; elimination; solution.
+        """
+        n = self.n
+        system = self.reduction.system
+        pattern = np.any(linear, axis=0)
+        linear_at = np.flatnonzero(pattern).tolist()
+        voltages, junctions, currents, slopes = (list[float]() for _ in range(4))
+        tolerances = [SMALL * volts / impedance, FURTHEST * volts / impedance]
+        for diode in system.diodes:
+            row, junction = system.inputs[diode.input]
+            assert junction is not None, "an input of a diode has a junction"
+            read = {self._column[j]: factor for j, factor in row.items()}
+            rows = self.reduction.equations.of(diode.rows)
+            entered = {self._row[i]: weight for i, weight in rows.items()}
+            pairs = itertools.product(entered.items(), read.items())
+            both = {i * n + j: weight * factor for (i, weight), (j, factor) in pairs}
+            pattern[np.ix_([*entered], [*read])] = True
+            voltages += terms_of(read)
+            junctions += [*diode.arguments, *junction.limits(impedance), *tolerances]
+            currents += terms_of({i: -weight for i, weight in entered.items()})
+            slopes += terms_of(both)
+        order = pivots(self._samples(impedance, linear), pattern)
+        steps = tape_of(order, pattern, self._factors(impedance))
+        parts = voltages, junctions, currents, [len(linear_at), *linear_at], slopes, *steps
+        return joined((n, len(system.diodes)), parts)
+
+    def _factors(self, impedance: float) -> list[list[float]]:
+        """The largest factors of the elimination."""
+        voltages = [i in self.reduction.system.owners for i in self.reduction.rows]
+        return largest_factors(voltages, LARGEST, impedance)
+
     def _elimination(self, writer: Writer, impedance: float, linear: list[Floats]) -> list[str]:
         """The lines that solve the equations of an iteration for b[0], b[1], ..."""
         n = self.n
@@ -190,12 +240,10 @@ class Solver:
             entries[entry] = entries.get(entry, []) + terms
         pattern = np.zeros((n, n), dtype=bool)
         pattern[tuple(zip(*entries, strict=True))] = True
-        # An equation of voltages takes currents away by factors of the size of an impedance, and
-        # the other way round.
-        voltages = [i in self.reduction.system.owners for i in self.reduction.rows]
-        sizes = {0: 1.0, 1: impedance, -1: 1.0 / impedance}
-        limit = {of: writer.argument(LARGEST * size) for of, size in sizes.items()}
-        limits = [[limit[a - b] for b in voltages] for a in voltages]
+        furthest = self._factors(impedance)
+        sizes = sorted({size for row in furthest for size in row})
+        limit = {size: writer.argument(size) for size in sizes}
+        limits = [[limit[size] for size in row] for row in furthest]
         order = pivots(self._samples(impedance, linear), pattern)
         return [
             *(f"a{i}_{j} = {_sum(terms)}" for (i, j), terms in entries.items()),
@@ -253,15 +301,6 @@ class Solver:
         """The address of the compiled function, which threads ask for side by side and one makes."""
         with _ONE_AT_A_TIME:
             return int(compiled_source(self.text).address)
-
-
-def _knee(thermal: float, saturation: float, impedance: float) -> float:
-    """The voltage of a junction whose resistance is the impedance of its surroundings."""
-    return (
-        max(thermal * math.log(thermal / (impedance * saturation)), 0.0)
-        if saturation > 0.0
-        else 0.0
-    )
 
 
 def _sum(terms: list[str]) -> str:

@@ -1,9 +1,14 @@
-"""The functions of a stage's solver: the limit of a junction's step, and the solution of linear equations."""
+"""The functions of a stage's solver: the limit of a junction's step, and the solution of linear equations.
+
+`solve_tape` is a whole solver, for circuits with so many junctions that straight lines would take
+long to compile: it reads a circuit from its numbers.
+"""
 
 import math
 
 from numba import types
 
+from harvester.circuits.junctions import diode
 from harvester.mechanics.kernels.compiled import inlined
 
 MOST_ITERATIONS = 60
@@ -11,6 +16,9 @@ MOST_ITERATIONS = 60
 DAMPED = 12
 ALMOST = 1.0 - 1e-15  # below 1, as far as an inverse function is computed
 LARGEST = 1e9  # factor of an elimination, in equations of like size
+# beyond DAMPED iterations every fourth goes the whole way; the others leave this share of it
+EACH = 4
+HELD = 0.7
 RELATIVE = 1e-6  # of a current or voltage, that its function and its tangent may differ by
 _POINTER = types.CPointer(types.float64)
 # y, right side, Y, arguments, states of switches, charges, workspace; 1/tau: iterations; where they
@@ -110,3 +118,159 @@ def solve_dense(J, x, n):
             total -= J[k, j] * x[j]
         x[k] = total * J[k, k]
     return True
+
+
+@inlined
+def combined(p, at, x, out, count):
+    """Write sums of x into out: on the tape p, for each its number of terms, and their places and weights."""
+    for k in range(count):
+        terms = int(p[at])
+        at += 1
+        total = 0.0
+        for _ in range(terms):
+            total += p[at + 1] * x[int(p[at])]
+            at += 2
+        out[k] = total
+
+
+@inlined
+def added(p, at, values, out, count):
+    """Add multiples of values to out, the other way round than `combined`."""
+    for k in range(count):
+        terms = int(p[at])
+        at += 1
+        for _ in range(terms):
+            out[int(p[at])] += p[at + 1] * values[k]
+            at += 2
+
+
+@inlined
+def eliminated(p, at, work, d, n):
+    """Eliminate by the pivots of the tape p; whether all factors are within their limits."""
+    b = work[:n]
+    matrix = work[n:]
+    safe = True
+    for _ in range(n):
+        row = int(p[at])
+        d[row] = 1.0 / matrix[int(p[at + 1])]
+        others = int(p[at + 2])
+        at += 3
+        for _ in range(others):
+            other = int(p[at])
+            factor = matrix[int(p[at + 1])] * d[row]
+            safe &= abs(factor) < p[at + 2]
+            count = int(p[at + 3])
+            at += 4
+            for _ in range(count):
+                matrix[int(p[at])] -= factor * matrix[int(p[at + 1])]
+                at += 2
+            b[other] -= factor * b[row]
+    return safe
+
+
+@inlined
+def substituted(p, at, work, d, z, n):
+    """Write the solution of eliminated equations into z."""
+    matrix = work[n:]
+    for _ in range(n):
+        row = int(p[at])
+        column = int(p[at + 1])
+        count = int(p[at + 2])
+        at += 3
+        total = work[row]
+        for _ in range(count):
+            total -= matrix[int(p[at])] * z[int(p[at + 1])]
+            at += 2
+        z[column] = total * d[row]
+
+
+@inlined
+def assembled(p, r, Y, slopes, currents, work):
+    """Write the right side of an iteration into work, and then its matrix."""
+    n = len(r)
+    many = len(slopes)
+    work[:n] = r
+    work[n : n + n * n] = 0.0
+    added(p, int(p[5]), currents, work, many)
+    at = int(p[6])
+    entries = int(p[at])
+    for k in range(at + 1, at + 1 + entries):
+        work[n + int(p[k])] = Y[int(p[k])]
+    added(p, int(p[7]), slopes, work[n:], many)
+
+
+@inlined
+def solve_tape(y, r, Y, p, q, work, rate):
+    """Newton's method on a circuit of junctions, as the generated lines of `harvester.circuits.newton`.
+
+    The tape p begins with its length, the numbers of unknowns and of junctions, and the places of
+    its parts (`harvester.circuits.newton.Solver`).
+    """
+    n = len(y)
+    many = len(q)
+    b = work[:n]
+    room = work[n + n * n :]
+    d = room[:n]
+    z = room[n : 2 * n]
+    rows = room[2 * n : 2 * n + 10 * many].reshape((10, many))
+    w, u, v, tangent, charge, current, slope, excess, stored, capacitance = rows
+    combined(p, int(p[3]), y, w, many)
+    tangent[:] = 0.0
+    charge[:] = 0.0
+    failed = -1
+    near = False
+    for iteration in range(MOST_ITERATIONS):
+        failed = -1
+        for k in range(many):
+            at = int(p[4]) + 16 * k
+            i, g, stored[k], capacitance[k] = diode(
+                w[k],
+                saturation=p[at],
+                n=p[at + 1],
+                breakdown=p[at + 2],
+                reverse=p[at + 3],
+                capacitance=p[at + 4],
+                built_in=p[at + 5],
+                grading=p[at + 6],
+                forward=p[at + 7],
+                transit=p[at + 8],
+            )
+            current[k] = i + rate * stored[k]
+            slope[k] = g + rate * capacitance[k]
+            size = abs(current[k])
+            is_on = abs(current[k] - tangent[k]) <= RELATIVE * size + p[at + 14]
+            if failed == -1 and not (is_on and size <= p[at + 15]):
+                failed = k
+            excess[k] = current[k] - slope[k] * w[k]
+        if near and failed == -1:
+            q[:many] = charge
+            y[:] = b
+            return iteration
+        assembled(p, r, Y, slope, excess, work)
+        if eliminated(p, int(p[8]), work, d, n):
+            substituted(p, int(p[9]), work, d, z, n)
+            b[:] = z
+        else:
+            assembled(p, r, Y, slope, excess, work)
+            if not solve_dense(work[n : n + n * n].reshape((n, n)), b, n):
+                return -1
+        near = iteration < DAMPED or iteration % EACH == 0
+        held = 0.0 if near else HELD
+        u[:] = w
+        combined(p, int(p[3]), b, v, many)
+        for k in range(many):
+            at = int(p[4]) + 16 * k + 9
+            near_to = limited(
+                v[k],
+                u[k],
+                thermal=p[at],
+                knee=p[at + 1],
+                breakdown=p[at + 2],
+                reverse=p[at + 3],
+                reverse_knee=p[at + 4],
+            )
+            w[k] = near_to + held * (u[k] - near_to)
+            near &= w[k] == v[k]
+            tangent[k] = current[k] + slope[k] * (w[k] - u[k])
+            charge[k] = stored[k] + capacitance[k] * (v[k] - u[k])
+    return -2 - failed if failed != -1 else -1

@@ -225,7 +225,7 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, count):
     n = c.n
     nz = c.nz
     length = ns + n + c.switches + nz + 1 + N_VOLTAGES + c.switches + DID
-    longest = max(length, n * n + n)
+    longest = max(length, n * n + 3 * n + 10 * ns)  # the solver's is `Solver.work`
     state = carray(state_at, length)
     room = carray(room_at, (ROOMS, longest))
     s = state[:ns]

@@ -11,6 +11,7 @@ capacitance Cp between the node ``p`` and ground.
 Source: Ho, Ruehli, Brennan, IEEE Trans. Circuits Syst. 22, 504, 1975.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -36,6 +37,17 @@ class Junction:
     saturation: float
     breakdown: float = np.inf
     reverse: float = 1.0
+
+    def limits(self, impedance: float) -> tuple[float, ...]:
+        """The arguments of `newton_parts.limited` in surroundings of an impedance (ohm)."""
+        knees = [self._knee(n, impedance) for n in (self.thermal, self.reverse)]
+        return self.thermal, knees[0], min(self.breakdown, 1e30), self.reverse, knees[1]
+
+    def _knee(self, thermal: float, impedance: float) -> float:
+        """The voltage at which its resistance is the impedance."""
+        if self.saturation <= 0.0:
+            return 0.0
+        return max(thermal * math.log(thermal / (impedance * self.saturation)), 0.0)
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,8 @@ SHARE, SHORT = 0.3, 5.0
         "--predict",
         is_flag=True,
         help="Also report the power of a real device with its 95 % interval, by the priors of "
-        "its class, and the measurement that narrows it most.  The error of the computation is reported separately.",
+        "its class, and the measurement that narrows it most.  The error of the computation is reported separately. "
+        "A --budget is that of the scene as it is written, without these devices.",
     ),
     *prior_options("With --predict, the class of the device (default: bulk)"),
     point_options,
@@ -87,6 +88,7 @@ def run(
     """Mean power and mean square voltage of one SCENE by one engine."""
     from harvester.engines import selection
     from harvester.machine.bars import Bar
+    from harvester.presentation.diagnostic import warning
 
     scene = output.scene
     check_alone(predict, prior, known, points)
@@ -114,7 +116,6 @@ def run(
         if chosen.has_first_passages:
             beside["extremes_by_first_passages"] = extremes(scene, lifetime=lifetime, passages=True)
     if sensitivity:
-        from harvester.presentation.diagnostic import warning
         from harvester.studies.sensitivity import sensitivity as sensitivities
 
         left = None if budget is None else max(budget - answer.seconds, LEAST)
@@ -126,9 +127,11 @@ def run(
             missing = warning("no_sensitivity", left=left, why=str(error))
             answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, missing))
     if predict:
-        beside["prediction"] = prediction_of(
-            scene, answer.mean_power, options["seed"], prior, known, points
-        )
+        prediction = prediction_of(scene, answer.mean_power, options["seed"], prior, known, points)
+        beside["prediction"] = prediction
+        if budget is not None and answer.seconds + prediction.seconds > budget:
+            late = warning("prediction_beyond_budget", seconds=prediction.seconds)
+            answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, late))
     output.show(
         answer,
         (),

@@ -149,14 +149,18 @@ class Cheapest(MonteCarloOptions, Engine):
         return _because(best.answer, why, within, error, needed=needed)
 
     def _for_netlist(self, problem: Problem) -> list[type[Slow | Compiled | Spice]]:
-        """The engines for a netlist, the cheapest first; `Spice` always knows its error."""
+        """The engines for a netlist, the cheapest first; `Spice` always knows its error.
+
+        A record repeats in ngspice until the response does, which may last longer than a budget and
+        leave `Compiled` nothing of it.
+        """
         kinds: list[type[Slow | Compiled | Spice]] = []
         free = (self.trajectories, self.duration, self.dt) == (None, None, None)
         if free and is_slow(problem):
             kinds.append(Slow)
         if Compiled.refusal(problem) is not None:
             return [*kinds, Spice]
-        if stands_alone(problem):
+        if stands_alone(problem) or problem.equations.record is not None:
             return [*kinds, Compiled, Spice]
         return [*kinds, Spice, Compiled]
 

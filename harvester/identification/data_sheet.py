@@ -238,7 +238,7 @@ def _stated(sheet: DataSheet, beta: float) -> dict[str, float]:
 
 
 def _psi(sheet: DataSheet, values: dict[str, float]) -> float:
-    """The voltage per metre of the first point: voltages and roots of powers are proportional to it."""
+    """The voltage per metre of the first point, by which voltages are scaled."""
     point = next(iter(sheet.points.values()), None)
     if point is None:
         return USUAL_PSI

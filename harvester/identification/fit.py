@@ -38,7 +38,8 @@ DEVICE = tuple(field.name for field in dataclasses.fields(Device))
 class Channel:
     """Residuals of one quantity: ``values`` of the measurement, and of the model from the parameters by name.
 
-    ``given_noise`` is the standard deviation of a single number, which its residual cannot determine.
+    ``given_noise`` is the standard deviation of a single number, whose residual does not determine
+    it.
     """
 
     source: Measurement | StatedNumber

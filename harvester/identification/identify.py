@@ -45,7 +45,7 @@ def identify(
     points: Mapping[str, str] | None = None,
     prior: str = DEFAULT_CLASS,
 ) -> IdentificationResult:
-    """Fit one mode with its piezo to measurements in CSV files, and to single numbers of a data sheet.
+    """Fit one mode with its piezo to measurements in CSV files and to the numbers of a data sheet.
 
     Parameters
     ----------
@@ -316,7 +316,7 @@ def _why_open(
 
 
 def _open(interval: ProfileInterval, above_0: bool, widest: float) -> bool:
-    """Whether an interval is so wide, in its logarithm by ``widest``, that the number is not determined."""
+    """Whether an interval is wider, in its logarithm by ``widest``, than that of a known number."""
     half = 0.5 * (interval.high - interval.low)
     if above_0:
         return (

@@ -76,7 +76,7 @@ Measurement = Impedance | BaseResponse | Decay
 
 @dataclass(frozen=True)
 class StatedNumber:
-    """One number of a data sheet, or the median of a prior, with the standard deviation of its logarithm."""
+    """A number of a data sheet or a prior, with the standard deviation of its logarithm."""
 
     name: str
     value: float

@@ -105,7 +105,7 @@ class Bar(tqdm):  # type: ignore[misc]
         self.tell(done, what)
 
     def tell(self, fraction: float, what: str = "") -> None:
-        """Show the fraction done and ``what`` is at work; the rest is assumed to continue at the same rate."""
+        """Show the fraction done and ``what`` is at work; the rest is assumed to be as fast."""
         now = time.monotonic()
         if self.first is None or fraction < self.last[1]:  # all began anew, at another step
             self.first = (now, fraction)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from harvester.errors import invalid, unknown
-from harvester.netlists.cards import DEFINITIONS, PARAMETERS, TEMPERATURES
+from harvester.netlists.cards import DEFINITIONS, LEFT_OUT, PARAMETERS, TEMPERATURES
 from harvester.netlists.deck_cards import (
     ParameterStep,
     beside,
@@ -42,9 +42,6 @@ from harvester.netlists.words import tokens_of
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 
 KEPT = (*DEFINITIONS, *PARAMETERS, ".inc", ".lib", ".global", ".ic", ".temp")
-LEFT_OUT = (".tran", ".ac", ".dc", ".op", ".noise", ".four", ".tf", ".sens", ".pz", ".disto",
-            ".fft", ".print", ".plot", ".meas", ".measure", ".save", ".probe", ".nodeset",
-            ".backanno", ".wave", ".net", ".title", ".end", ".width")  # fmt: skip
 OPTIONS = (".options", ".option", ".opt")
 PHYSICAL = (
     "gmin",

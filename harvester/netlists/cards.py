@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field
 
-from harvester.errors import invalid, shown, unknown
+from harvester.errors import InputError, invalid, shown, unknown
 from harvester.netlists.expression_tree import Node
 from harvester.netlists.read_lines import DeckError, Line
 from harvester.netlists.words import Words
@@ -13,6 +13,9 @@ DEFINITIONS = (".subckt", ".ends", ".model", ".param", ".func", ".include")
 PARAMETERS = (".param", ".params", ".parameter")
 BENCH = (".tran", ".options", ".option", ".opt", ".temp", ".print", ".plot", ".meas", ".measure", ".save", ".ic",
          ".nodeset", ".title", ".backanno", ".wave", ".four", ".end")  # fmt: skip
+LEFT_OUT = (".tran", ".ac", ".dc", ".op", ".noise", ".four", ".tf", ".sens", ".pz", ".disto",
+            ".fft", ".print", ".plot", ".meas", ".measure", ".save", ".probe", ".nodeset",
+            ".backanno", ".wave", ".net", ".title", ".end", ".width")  # fmt: skip
 # what a schematic has beside its elements
 BOARD = (*BENCH, ".probe", ".op", ".ac", ".dc", ".global")
 # Options that act on how ngspice computes or what it prints: this program sets those that matter
@@ -120,12 +123,14 @@ class Settings:
                 )
 
 
-def _no_card(line: Line, board: bool, inside: bool) -> DeckError:
-    """The error of a card that a circuit has not."""
+def _no_card(line: Line, board: bool, inside: bool) -> InputError:
+    """The error of a card that a circuit has not; a `DeckError` if `harvester adopt` leaves it out."""
     nets = "load.terminals in a scene names the piezo's nets"
     flat = f"in a flat netlist, such as KiCad's, {nets}"
     bench = "inside" if inside else f"(and a bench to run it by hand; {flat})"
     must = f"have only the cards {', '.join(DEFINITIONS)} {bench}"
     if board:
         must = "have only cards of a circuit, not of a simulation by hand"
-    return DeckError(f"netlist {line.where} must {must}, but is {shown(line.word)}")
+    is_left_out = line.word in (*LEFT_OUT, ".step", ".control") and not inside
+    kind = DeckError if is_left_out else InputError
+    return kind(f"netlist {line.where} must {must}, but is {shown(line.word)}")

@@ -322,15 +322,16 @@ def _check_roles(
     path: Path, parts: Sequence[CircuitPart], body: Body, values: Mapping[str, float]
 ) -> None:
     """Refuse a load or a store that would give power, and a load that is not a resistor."""
-    trees = {element.name.lower(): element.value for element in body.elements}
+    elements = {element.name.lower(): element for element in body.elements}
     spelled = {key.lower(): f"load.parameters.{key}" for key in values}
     there = by_name(parts)
     for name, least in ((LOAD, "above 0"), (STORE, "at least 0")):
         number = None if name not in there else there[name].number
         if number is not None and (number < 0.0 or (number == 0.0 and name == LOAD)):
-            tree = trees.get(name)
-            parameter = "" if tree is None or not tree.names else tree.names[0]
-            argument = spelled.get(parameter, f"netlist {there[name].line}")
-            raise invalid(argument, f"be {least}, for {name}", number)
+            element = elements[name]
+            names = () if element.value is None else element.value.names
+            argument = spelled.get(names[0] if names else "", f"netlist {there[name].line}")
+            written = element.line.text.split(maxsplit=1)[0]
+            raise invalid(argument, f"be {least}, for {written}", number)
     if there[LOAD].kind != "r":
         raise InputError(f"netlist {path.name} must have a resistor Rload of a constant resistance")

@@ -187,7 +187,8 @@ def _joined_lines(
 def _check_is_netlist(lines: list[Line], path: Path, words: tuple[str, ...]) -> None:
     if not any(line.word in words for line in lines):
         raise InputError(
-            f"netlist {path.name} must have a line {', '.join(KNOWN[:-1])}, but has none: is it a netlist?"
+            f"netlist {path.name} must have a line {', '.join(KNOWN[:-1])}"
+            f"{' or .end' * ('.end' in words)}, but has none: is it a netlist?"
         )
 
 

@@ -236,6 +236,8 @@ def _without_drift(values: Floats, spacing: float, notes: list[Diagnostic]) -> F
     slope = float(t @ values / (t @ t))
     rest = values - offset - slope * t
     rms = float(np.sqrt(np.mean(rest**2)))
+    if rms == 0.0 and rest.any():  # below 1e-162 a square is 0
+        raise invalid("FILE", "have accelerations above 1e-150 m/s^2", float(np.abs(rest).max()))
     if abs(offset) > 0.01 * rms:
         notes.append(note("offset_removed", offset=offset, of_gravity=offset / 9.80665))
     drift = slope * spacing * len(values)

@@ -40,13 +40,15 @@ from harvester.storage.checked_mean import (
     settled_path,
 )
 from harvester.storage.held_in_ngspice import error_of_circuit, seconds_of_judging
-from harvester.storage.measured_current import measured, time_constant
+from harvester.storage.measured_current import FADED, VOLTAGES, measured, time_constant
 from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
 from harvester.uncertainty.value import Value
 
 # time constants of the direct run; times that, where it takes the slow one's place
 DIRECT, LONGER = 150.0, 4.0
+PILOT = 100.0  # nondimensional time of a run that measures the pace
+RUNGS = 1.5 * VOLTAGES * (FADED + 1.0)  # time constants of the rectifier's current, by two steps
 
 
 def steady_power(
@@ -55,11 +57,14 @@ def steady_power(
     """The load's stationary mean power behind a cut, under a harmonic drive, for any ``seed``.
 
     A ``deadline`` of `time.perf_counter` makes slow steps longer, which their part of the error
-    states as always; None if they would be more than `COARSEST` times as long.
+    states as always; None if they would be more than `COARSEST` times as long, or if the deadline is too
+    soon for the rectifier's current and the direct run.
 
     Raises as `harvester.circuits.compiled_circuit.CompiledCircuit`, UnboundedResponseError if
     the motion grows.
     """
+    if deadline is not None and time.perf_counter() + _least_seconds(problem) > deadline:
+        return None
     table, rough, measuring, _ = measured(problem)
     circuit = SlowCircuit(problem.load_circuit, cut, problem.scales)
     unit = time_constant(problem.equations) / problem.scales.frequency
@@ -124,6 +129,19 @@ def steady_power(
         current=table,
         load=of_load(path),
     )
+
+
+def _least_seconds(problem: Problem) -> float:
+    """The predicted seconds of the rectifier's current and of the direct run, by a pilot of some periods.
+
+    Of an undamped oscillator, whose time constant is long, they may be minutes.
+    """
+    unit = time_constant(problem.equations) / problem.scales.frequency
+    pilot = PILOT / problem.scales.frequency
+    begin = time.perf_counter()
+    _direct(problem, pilot)
+    pace = (time.perf_counter() - begin) / pilot
+    return pace * (RUNGS + DIRECT) * unit
 
 
 class _Direct(NamedTuple):

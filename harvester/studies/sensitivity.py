@@ -1,4 +1,4 @@
-"""How much the mean power changes with every key of the scene: elasticities, from the adjoint of the density.
+"""Elasticities of the mean power in every key of the scene, from the adjoint of the density.
 
 A scene whose power is a formula has differences of it (`harvester.studies.power_differences`), a
 netlist with a store or a chip behind the rectifier those of its slow circuit, and for another
@@ -34,7 +34,7 @@ JUDGED = 0.5  # of a budget: for the power of a slow circuit with its error
 
 
 class Sensitivity(TableResult):
-    """The mean power and its elasticity in each key of the scene: d ln P/d ln key, the largest first.
+    """The mean power and its elasticity d ln P/d ln key in each key of the scene, largest first.
 
     An elasticity of 2 states that one percent more of a key gives two percent more power.  What
     keys of 0 and keys that are not quantity would do is not computed.

@@ -5,6 +5,7 @@ import pytest
 
 import harvester as hv
 from harvester.circuits.elimination import lines_of, pivots
+from harvester.circuits.newton_parts import LARGEST
 from harvester.equations.problem import Problem
 from tests.support.netlists import compiled
 
@@ -62,3 +63,48 @@ def test_pivots_of_the_matrix_at_hand_take_over(monkeypatch):
     expected = square()
     monkeypatch.setattr("harvester.circuits.newton.LARGEST", 0.0)
     assert square() == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("furthest", [LARGEST, 0.0])
+def test_a_tape_of_numbers_solves_as_the_lines(tmp_path, monkeypatch, furthest):
+    """Also with the pivots of the matrix at hand, and with a Zener diode, a coil and a source of voltage."""
+    (tmp_path / "a.cir").write_text(
+        "D1 A O DP\nD2 B O DP\nD3 0 A DP\nD4 0 B DP\nDz 0 O DZ\nL1 O P 10 ic=0\n"
+        "V1 P R 0.1\nCs R 0 100n\nRL R 0 250k\n.model DP D(Is=2u N=1.06 Rs=4 Cjo=40p Tt=1u)\n"
+        ".model DZ D(Bv=3)\n"
+    )
+    path = str(tmp_path / "a.cir")
+    load = hv.Load(netlist=path, terminals=("A", "B"), resistor="RL", store="Cs")
+    scene = hv.load("examples/plate_harmonic.toml").with_load(load)
+    equations = Problem.of(scene).equations
+
+    def followed():
+        circuit = compiled(scene)
+        path = circuit.trace(equations, np.zeros(400), 0.1, 400)
+        return len(circuit.solver.text), path.failed, path.square[-1], path.state
+
+    lines, _, square, state = followed()
+    monkeypatch.setattr("harvester.circuits.newton.LARGEST", furthest)
+    monkeypatch.setattr("harvester.circuits.newton.MOST_WRITTEN", 0)
+    tape, failed, again, other = followed()
+    assert (failed, tape < lines) == (0, True)
+    assert square > 0.0
+    assert again == pytest.approx(square, rel=1e-6)
+    assert other == pytest.approx(state, rel=1e-6, abs=1e-6 * np.abs(state).max())
+
+
+def test_ladders_of_many_diodes_have_one_source(tmp_path):
+    """Sixty diodes were compiled for a minute before any budget was looked at."""
+
+    def solver(count):
+        stages = "".join(f"R{k} n{k} m{k} 100\nD{k} m{k} n{k + 1} DX\n" for k in range(count))
+        (tmp_path / "a.cir").write_text(
+            f"{stages}Cs n{count} 0 1u\nRL n{count} 0 100k\nDb 0 n0 DX\n.model DX D(Is=1n Rs=1)\n"
+        )
+        load = hv.Load(netlist=str(tmp_path / "a.cir"), terminals=("n0", "0"), resistor="RL")
+        return compiled(hv.load("examples/plate_harmonic.toml").with_load(load)).solver
+
+    few, many = solver(30), solver(60)
+    assert few.text == many.text
+    assert len(many.arguments) < 3 * len(few.arguments)

@@ -121,3 +121,17 @@ def test_probes_of_two_modes():
     assert piezo.rms.value**2 == pytest.approx(answer.mean_square_voltage.value, rel=0.2)
     diodes = [value for key, value in answer.details.items() if key.startswith("ledger_circuit_d")]
     assert 0.0 < sum(value for value in diodes if np.isfinite(value)) < power.value
+
+
+@pytest.mark.thorough("test_one_netlist")
+@pytest.mark.slow
+def test_two_modes_with_an_ideal_bridge_swing_as_with_the_compiled_one():
+    """The path that engine `ideal` continues, and the periodic response of `compiled`: RMS and peaks."""
+    drive = hv.Excitation(acceleration_amplitude="0.5 g", frequency="50 Hz")
+    load = hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "20 nF"})
+    scene = BEAM.replace(mode=(SECOND,), excitation=drive, load=load)
+    ideal, compiled = (
+        engine.run(scene).details for engine in (hv.Ideal(), hv.Compiled(judged=False))
+    )
+    for name in ("displacement_rms", "displacement_amplitude", "voltage_amplitude"):
+        assert ideal[name] == pytest.approx(compiled[name], rel=3e-4)

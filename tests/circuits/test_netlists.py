@@ -33,7 +33,7 @@ BAD = {
     ),
     "no load": (
         GOOD.replace("1.5Meg", "{1-1}"),
-        "board.cir line 8 must be above 0, for rload, but is 0.0",
+        "board.cir line 8 must be above 0, for Rload, but is 0.0",
     ),
     "too large": (
         GOOD + "\n".join(f"R{k} x{k} x{k + 1} 1k" for k in range(200)) + "\nRend x0 p 1k",

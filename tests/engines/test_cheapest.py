@@ -46,6 +46,8 @@ def test_engines_for_a_netlist(tmp_path):
     assert chosen._for_netlist(Problem(bridge)) == [Spice, Compiled]
     stopped = dataclasses.replace(bridge, stop=hv.Stop(restitution=0.9))
     assert chosen._for_netlist(Problem(stopped)) == [Compiled, Spice]
+    recorded = hv.load(EXAMPLES / "plate_recorded.toml").with_load(netlist="bridge")
+    assert chosen._for_netlist(Problem(recorded)) == [Compiled, Spice]
     chip = Problem.of(EXAMPLES / "bimorph_bq25570.toml")
     assert chosen._for_netlist(chip)[0] is Slow
     assert Slow not in hv.Cheapest(within=0.01, dt=1e-3)._for_netlist(chip)

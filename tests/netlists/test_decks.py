@@ -379,3 +379,33 @@ def test_a_source_in_series_with_one_part_asks_for_the_terminals(tmp_path):
     path.write_text("* s\nI1 0 p SIN(0 1 1)\nC1 p 0 1n\n.ends\nRload p 0 1k\n.end\n")
     with pytest.raises(InputError, match="end a subcircuit that began"):
         adopt(path)
+
+
+@pytest.mark.parametrize(
+    ("card", "helps"), [(".shell ls", False), (".noise v(P) Vx dec 1 1 2", True)]
+)
+def test_a_board_is_sent_to_adopt_only_for_cards_that_it_leaves_out(tmp_path, card, helps):
+    """The remedy refused the card that it was given for."""
+    path = deck(tmp_path, f"t\n{BRIDGE}{LOAD}{DIODE}{card}\n.end\n", "board.cir")
+    load = Load(netlist=str(path), terminals=("A", "B"), resistor="RL")
+    with pytest.raises(InputError, match=f"but is '{card.split()[0]}'") as refused:
+        load_circuit(load)
+    assert ("harvester adopt" in str(refused.value)) == helps
+    if helps:
+        assert card not in adopt(path, ("A", "B"), "RL").text
+
+
+def test_a_board_of_resistors_and_capacitors_needs_an_end(tmp_path):
+    """The message named five cards, none of which was needed."""
+    path = deck(tmp_path, "t\nR1 a b 1k\nC1 b 0 1u\nR2 b 0 100k\n", "board.cir")
+    load = Load(netlist=str(path), terminals=("a", "0"), resistor="R2")
+    with pytest.raises(InputError, match=r"or \.end, but has none"):
+        load_circuit(load)
+    deck(tmp_path, f"{path.read_text()}.end\n", "board.cir")
+    assert load_circuit(load).names.keys() == {"a", "b", "0"}
+
+
+def test_a_load_of_no_resistance_is_named_as_in_the_schematic(tmp_path):
+    path = deck(tmp_path, f"t\n{BRIDGE}Cs P 0 40n\nRbig P 0 -1k\n{DIODE}.end\n", "board.cir")
+    with pytest.raises(InputError, match=r"line 7 must be above 0, for Rbig, but is -1000\.0"):
+        load_circuit(Load(netlist=str(path), terminals=("A", "B"), resistor="Rbig"))

@@ -398,20 +398,20 @@ def test_calls_without_end(tmp_path):
 @pytest.mark.parametrize(
     ("parameters", "old", "new", "why"),
     [
-        ({"R": -1e6}, "", "", r"^load\.parameters\.R must be above 0, for rload, but is -1000000"),
-        ({"R": 0.0}, "", "", r"^load\.parameters\.R must be above 0, for rload, but is 0\.0"),
-        ({"r": -1.0}, "", "", r"^load\.parameters\.R must be above 0, for rload"),
+        ({"R": -1e6}, "", "", r"^load\.parameters\.R must be above 0, for Rload, but is -1000000"),
+        ({"R": 0.0}, "", "", r"^load\.parameters\.R must be above 0, for Rload, but is 0\.0"),
+        ({"r": -1.0}, "", "", r"^load\.parameters\.R must be above 0, for Rload"),
         (
             {"C": -1e-6},
             "",
             "",
-            r"^load\.parameters\.C must be at least 0, for csmooth, but is -1e-06",
+            r"^load\.parameters\.C must be at least 0, for Csmooth, but is -1e-06",
         ),
         (
             {},
             "{R}",
             "-1k",
-            r"^netlist bridge\.cir line \d+ must be above 0, for rload, but is -1000",
+            r"^netlist bridge\.cir line \d+ must be above 0, for Rload, but is -1000",
         ),
     ],
 )

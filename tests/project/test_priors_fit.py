@@ -201,8 +201,8 @@ def test_the_device_of_no_fit_is_in_none():
     rows = priors_fit.rows("predicted.csv")
     assert later == {row["quantity"] for row in rows if row["device"] == "D9"} and len(later) == 27
     assert all(n.measured is None for n in priors_fit.numbers() if n.device == "D9")
-    [*_, second, third] = priors_kinds.later()
-    assert "| 26 of 27 |" in second and "| 18 of 27 |" in third
+    [*_, second, third, whole] = priors_kinds.later()
+    assert "| 26 of 27 |" in second and "| 18 of 27 |" in third and "| 52 of 56 |" in whole
 
 
 def test_no_fit_by_kinds_has_its_own_device():

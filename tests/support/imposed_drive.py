@@ -17,7 +17,7 @@ from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.circuits.junctions import diode
 from harvester.circuits.newton_parts import limited, solve_dense
 from harvester.circuits.pointers import advance
-from harvester.circuits.substeps import DID
+from harvester.circuits.substeps import DID, FINEST
 from harvester.equations.scales import Scales
 from harvester.errors import InputError
 from harvester.mechanics.kernels.compiled import kernel, own_cache
@@ -595,7 +595,7 @@ def _advanced(circuit, state, room, charges, unit, leak, out):
         lost = state[at] * leak
         given = (charges[k] - lost) / unit
         before = state[at]
-        advance(circuit.address, circuit.record, state, room, 0.0, given, given, 1.0, 1.0, 1)
+        advance(circuit.address, circuit.record, state, room, 0.0, given, given, 1.0, 1.0, FINEST)
         out[0] += state[last]
         out[1] += (before * before + before * state[at] + state[at] * state[at]) / 3.0
         out[2] += state[last + 2]

@@ -236,8 +236,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "density_not_resolved": "the density is not resolved: its error would be {error!p} (mesh {mesh:.1g}, modes "
     "{modes:.1g}, box {box:.1g}); use engine 'ensemble'",
     "density_not_solved": "the equations of the density were not solved: use engine 'ensemble'",
-    "quick_in_budget": "the `budget` of {budget!t} is spent before a whole answer of 'slow': this is its quick one, from few "
-    "voltages and long steps",
+    "quick_in_budget": "the {budget!t} that 'slow' had of the `budget` were too short for its whole answer: this is its quick "
+    "one, from few voltages and long steps",
     "density_needs_time": "no density in a `budget` of {budget:.3g} s: it needs at least about {seconds:.2g} s: give "
     "a longer one, or use engine 'ensemble'",
     "density_without_slow_decay": "no decay is slower than all others: the density comes to rest in waves",

@@ -15,9 +15,12 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "fit_at_boundary": "the fit ends at its boundary, so it has no interval: measure more impacts",
     "no_such_device": "the fit gives {value:.3g} {unit}, which no such device has: check loads and units",
     "mass_is_open": "these data do not determine the mass: pass --known mass=... or add a voltage-per-g measurement with a load",
-    "damping_has_a_prior": "no number determines the damping: its prior is a quality factor of {quality:.3g} with a standard deviation of {spread:.0%}",
-    "point_is_far_off": "{point} is off by {deviations:.2g} standard deviations: check peak or RMS, the acceleration, and whether all numbers are of one device",
-    "points_have_two_answers": "a coupling of {value:.3g} {unit} has these points nearly as well: another point, such as both resonances, decides",
+    "damping_has_a_prior": "no number determines the damping: its prior is a "
+    "quality factor of {quality:.3g} with a standard deviation of {spread:.0%}",
+    "point_is_far_off": "{point} is off by {deviations:.2g} standard deviations: check peak or RMS, "
+    "the acceleration, and whether all numbers are of one device",
+    "points_have_two_answers": "a coupling of {value:.3g} {unit} has these points nearly as well: "
+    "another point, such as both resonances, decides",
     "capacitance_is_open": "measure an impedance, or responses over two loads or more about 1/(2 pi f C)",
     "one_state_leaves_it_open": "these data do not determine it: also measure in another electrical state (another load, short, open)",
     "scene_not_whole": "the scene file is not complete, its comments list the missing values; with a known mass: "

@@ -58,6 +58,10 @@ def _checked_by_judged_runs(runs: int, ratio: float) -> str:
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
     # The surface of the power, and the interval of its highest place.
+    "spread_not_followed": "the power changes so fast within the spread that {devices} devices predict that of others to "
+    "{error!p} only: the power is that of more devices, but the values that the search found may not be the best; a "
+    "narrower spread, or `tolerance` at other values, shows it",
+    "spread_unresolved": "the power of the devices is known to {error!p} only: give a `budget` of more than {budget!t}",
     "no_power": "the load receives no power",
     "no_power_anywhere": "the load receives no power anywhere in the range",
     "same_power_everywhere": "the power is the same all over the range",
@@ -133,16 +137,22 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "first: {first}",
     "first_answer": "first answer after {seconds!t}: 1 %, 50 % and 99 % of devices have a mean "
     "power below {low}, {middle} and {high}; {key} changes it most",
-    "intervals_of_samples_alone": "the error of the engine is not known: intervals contain that of the samples alone",
-    "intervals_are_wide": "the error of {engine!r} is not small compared with the spread of the powers: intervals are wide",
-    "surface_misses": "the polynomial behind the sensitivity misses {share:.0%} of the variance: give more `samples`",
-    "law_misses": "the law behind the sensitivity misses {share:.0%} of the variance: give a longer `budget`",
+    "intervals_of_samples_alone": "the error of the engine is not known: intervals contain that of "
+    "the samples alone",
+    "intervals_are_wide": "the error of {engine!r} is not small compared with the spread of the "
+    "powers: intervals are wide",
+    "surface_misses": "the polynomial behind the sensitivity misses {share:.0%} of the variance: give "
+    "more `samples`",
+    "law_misses": "the law behind the sensitivity misses {share:.0%} of the variance: give a longer "
+    "`budget`",
     "samples_outside": "{share:.1%} of the samples lie beyond those with an answer, and count as at their edge: the outer "
     "quantiles are those of that edge; give more `runs`",
     "samples_failed": "{failed} of {count} samples have no answer, the first: {first}",
     "samples_warned": "at {warned} of {count} samples: {first}",
-    "no_shares_correlated": "no sensitivity: for correlated keys the fractions of the variance do not add up to it",
-    "no_shares_library": "no sensitivity: SALib, which computes the fractions of the variance, is not installed: python -m pip install 'piezo-harvester[tolerance]'",
+    "no_shares_correlated": "no sensitivity: for correlated keys the fractions of the variance do "
+    "not add up to it",
+    "no_shares_library": "no sensitivity: SALib, which computes the fractions of the variance, is not "
+    "installed: python -m pip install 'piezo-harvester[tolerance]'",
     "no_shares_constant": "no sensitivity: the power does not change over the spreads",
     # Largest values over a lifetime.
     "by_rice": "Rice's formula: the response is Gaussian; the model error reaches to independent passages",

@@ -12,6 +12,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "elasticity_explained": "normalised sensitivity: change of the power in per cent for a change of the key by 1 %",
     "keys_left_out": "the `budget` of {budget!t} ended before these keys were varied, which need {further!t} more: {keys}",
     "keys_failed": "no sensitivity in {keys}: {first}",
+    "prediction_beyond_budget": "the devices of `predict` needed {seconds!t}, which the `budget` does not "
+    "include",
     "no_sensitivity": "no sensitivity in the {left!t} of the `budget` that the power left: {why}",
     "step_bias_not_counted": "the time-step bias is not known for a custom netlist, and not counted",
     "setting_failed": "({setting}) failed: {why}",
@@ -20,8 +22,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "ball_not_drawn": "the ball is not drawn: the figure shows the motion of the mass that carries it",
     "predicted_from_priors": "the interval of a real device has the spread of its parameters and {model:g} % of "
     "the power for the model error; the error of the computation is separate",
-    "predicted_stop": "measured devices with a stop or a store gave {percent:.3g} % of the computed power, which is the "
-    "median factor of the model error",
+    "predicted_stop": "measured devices with a stop or a store gave {percent:.3g} % of the "
+    "computed power, which is the median factor of the model error",
     "predicted_guesses": "the origin of {quantities} is unknown: state a better one with `known`",
     "predicted_detuned": "the excitation has a fixed frequency, from which the resonance may deviate: "
     "frequency=tuned in `known` is for an excitation that follows the resonance",

@@ -10,6 +10,7 @@ region that is allowed, and stays there if the power grows beyond.
 import contextlib
 import dataclasses
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,11 +30,16 @@ from harvester.studies.tolerance import design
 from harvester.studies.tolerance.device_limits import Limit
 from harvester.studies.tolerance.spreads import spread
 from harvester.studies.tolerance.surface import fit
-from harvester.uncertainty.value import Value
+from harvester.uncertainty.value import Value, mean_and_error
 
 DEVICES = 2048  # that a quantile is taken of
 PENALTY = 100.0  # relative loss of power for a relative break of a limit
 BINDS = 0.005  # how near to its bound, relatively, a limit is felt
+CLOSE = 0.01  # relative error of the polynomial from which on devices are computed one by one
+SAMPLES = 8  # of them, that are independent
+FEWEST, MOST = 8, 1024  # devices of a sample, at first and at most
+FIRST_SEED = 2  # of their places
+TINIEST = 1e-300  # of a power that is divided by
 
 
 @dataclass(frozen=True)
@@ -41,13 +47,21 @@ class DesignOutcome:
     """The answer of a design: the ``objective`` (power, before any penalty), limited quantities, their ``violation``.
 
     ``off`` is the relative error of the engine and of the polynomial there, None if it is not
-    known; ``quantities`` are those of each limit, in its order.
+    known; ``quantities`` are those of each limit, in its order.  ``unresolved`` is the part of ``off``
+    by which few devices differ from all of the spread, and ``devices`` how many were computed.
     """
 
     objective: float
     off: float | None
     quantities: tuple[float, ...]
     violation: float
+    unresolved: float = 0.0
+    devices: int = 1
+
+    def with_unresolved(self, error: float, devices: int) -> "DesignOutcome":
+        """The outcome whose devices differ from those of the whole spread by a relative ``error``."""
+        off = None if self.off is None else self.off + error
+        return dataclasses.replace(self, off=off, unresolved=error, devices=devices)
 
     @property
     def power(self) -> Value:
@@ -132,19 +146,65 @@ class Robust(Engine):
             raise first
         if not devices:
             return first, self._single_device(nominal, first)
-        served = [answer for answer in answers if isinstance(answer, Estimate)]
-        if len(served) < len(devices):
-            failed = next(answer for answer in answers if isinstance(answer, HarvesterError))
-            raise SimulationError(
-                f"{len(devices) - len(served)} of {len(devices)} devices have no answer: {failed}"
-            )
+        served = _served(answers)
         scored = len(x) - 2 * len(self.vary)  # the others hold the outer ends
         powers = fit(x, np.array([answer.mean_power.value for answer in served]), scored)
         squares = fit(x, np.array([answer.mean_square_voltage.value for answer in served]), scored)
-        off = _off(first.mean_power)
-        off = None if off is None else off + 2.0 * powers.scatter / abs(first.mean_power.value)
         peaks = self._peaks_of_many(nominal, devices, x, many)
-        return first, self._summed(powers(many), np.maximum(squares(many), 0.0), peaks, off)
+        outcome = self._summed(
+            powers(many), np.maximum(squares(many), 0.0), peaks, _off(first.mean_power)
+        )
+        scatter = 2.0 * powers.scatter / max(abs(outcome.objective), TINIEST)
+        return first, outcome.with_unresolved(scatter, len(devices))
+
+    def resolved(self, nominal: Scene, seconds: float) -> DesignOutcome:
+        """The outcome by devices that are computed one by one, until they are enough or the ``seconds`` are over.
+
+        They are `SAMPLES` independent samples of the spread, whose objectives scatter as much as
+        that of all of them is off, times the square root of their number.
+
+        Raises SimulationError if one of them has no answer.
+        """
+        begin = time.perf_counter()
+        spreads = [spread(key, written, nominal) for key, written in self.vary]
+        keys = [part.key for part in spreads]
+        scenes: list[list[Scene]] = [[] for _ in range(SAMPLES)]
+        answers: list[list[Estimate]] = [[] for _ in range(SAMPLES)]
+        count = FEWEST
+        first = self.outcome(nominal)[0]
+        while True:
+            for seed, (some, known) in enumerate(zip(scenes, answers, strict=True)):
+                x = design.values_at(
+                    spreads, design.sobol_points(count, len(keys), FIRST_SEED + seed)
+                )
+                new = [
+                    nominal.varied(dict(zip(keys, map(float, row), strict=True)))
+                    for row in x[len(some) :]
+                ]
+                some.extend(new)
+                known.extend(_served(self.engine.run_many([*new])))
+            outcome = self._of_samples(scenes, answers, _off(first.mean_power))
+            took = time.perf_counter() - begin
+            if outcome.unresolved <= CLOSE or 2.0 * took > seconds or count >= MOST:
+                return outcome
+            count *= 2
+
+    def _of_samples(
+        self, scenes: list[list[Scene]], answers: list[list[Estimate]], off: float | None
+    ) -> DesignOutcome:
+        """The outcome of all samples together, and by how much it is off by their scatter."""
+        powers, squares = (
+            np.array([[getattr(answer, name).value for answer in some] for some in answers])
+            for name in ("mean_power", "mean_square_voltage")
+        )
+        peaks = [self._peaks(scene) for some in scenes for scene in some] if self.lifetime else []
+        levels = {name: np.array([level[name] for level in peaks]) for name in (peaks or [{}])[0]}
+        outcome = self._summed(powers.ravel(), squares.ravel(), levels, off)
+        each = np.array([self._kept(sample, 1) for sample in powers])
+        mean = Value(*mean_and_error(each), dof=len(each) - 1.0)
+        scatter = mean.sampling95 + abs(mean.value - outcome.objective)
+        relative = scatter / max(abs(outcome.objective), TINIEST)
+        return outcome.with_unresolved(relative, powers.size)
 
     def _peaks_of_many(
         self, nominal: Scene, devices: Sequence[AnyScene], x: Floats, many: Floats
@@ -223,6 +283,17 @@ class Robust(Engine):
             scene.varied(dict(zip(keys, map(float, row), strict=True))) for row in x
         ]
         return devices, x, many
+
+
+def _served(answers: Sequence[Estimate | HarvesterError]) -> list[Estimate]:
+    """The answers of devices; raises SimulationError if one of them has none."""
+    served = [answer for answer in answers if isinstance(answer, Estimate)]
+    if len(served) < len(answers):
+        failed = next(answer for answer in answers if isinstance(answer, HarvesterError))
+        raise SimulationError(
+            f"{len(answers) - len(served)} of {len(answers)} devices have no answer: {failed}"
+        )
+    return served
 
 
 def _off(power: Value) -> float | None:

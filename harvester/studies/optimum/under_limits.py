@@ -25,13 +25,15 @@ from harvester.studies.optimum.objective import Objective
 from harvester.studies.optimum.optimum_result import Optimum
 from harvester.studies.optimum.place_peaks import SHARE, place_peaks
 from harvester.studies.optimum.ranges import Vary, ranges
-from harvester.studies.optimum.robust import BINDS, DesignOutcome, Robust
+from harvester.studies.optimum.robust import BINDS, CLOSE, DesignOutcome, Robust
 from harvester.studies.optimum.search import Search, SearchRequest
 from harvester.studies.output_folder import OutputFolder
 from harvester.studies.tolerance.device_limits import PEAKS, QUANTITIES, Limit, lifetime_of, limits
 from harvester.studies.tolerance.spreads import spreads
 from harvester.uncertainty.value import Value
 
+FAR = 0.05  # relative error of the polynomial at which the values that it led to are in doubt
+LEAST = 0.2  # of the budget, for devices one by one
 LONG = 4  # times the usual blocks, of the path that checks the best design
 
 
@@ -236,6 +238,19 @@ def under_limits(
     best = Search.begin(request, progress).finish(folder)
     scene = request.scene.varied({key.range.key: key.value for key in best.keys})
     outcome = robust.outcome(scene)[1]
+    warnings = []
+    if outcome.unresolved > CLOSE:
+        searched = outcome
+        left = max(request.budget - best.seconds, LEAST * request.budget)
+        outcome = robust.resolved(scene, left)
+        if searched.unresolved > FAR:
+            warnings.append(
+                warning("spread_not_followed", error=searched.unresolved, devices=searched.devices)
+            )
+        if outcome.unresolved > CLOSE:
+            warnings.append(
+                warning("spread_unresolved", error=outcome.unresolved, budget=request.budget)
+            )
     peaks = {}
     if robust.lifetime is not None and robust.counted is not None and not robust.vary:
         peaks = limited_peaks(Problem(scene), robust.lifetime, robust.path_seed + 1, LONG * BLOCKS)
@@ -250,7 +265,9 @@ def under_limits(
         binds=_binding(robust, best, scene, outcome),
         limited_peaks=peaks,
     )
-    return dataclasses.replace(answer, diagnostics=(*best.diagnostics, *answer.remarks()))
+    return dataclasses.replace(
+        answer, diagnostics=(*best.diagnostics, *warnings, *answer.remarks())
+    )
 
 
 def _binding(

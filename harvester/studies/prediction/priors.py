@@ -50,7 +50,7 @@ class Prior:
     """A spread of a quantity of a real device about its number in a scene.
 
     ``sigma`` is the standard deviation of its logarithm, or None if ``between`` has the ends of a
-    uniform spread.  ``median`` is that of the class, if no scene has a number; None if there is none.
+    uniform spread.  ``median`` is that of the class, for a number that no scene has, or None.
     """
 
     quantity: str
@@ -146,7 +146,7 @@ def _possible(quantity: str) -> list[str]:
 
 @dataclass(frozen=True)
 class ModelError:
-    """The model error in power: the median of real over computed, and its logarithm's standard deviation."""
+    """The model error in power: median of real over computed, and its standard deviation (log)."""
 
     factor: float
     sigma: float

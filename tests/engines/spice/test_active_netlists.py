@@ -40,7 +40,7 @@ def test_growth_is_a_named_error_before_numbers_overflow(tmp_path):
 @pytest.mark.parametrize("more", [(), ("R2 p n {R/2}",)])
 def test_a_load_below_zero_is_refused_before_anything_runs(tmp_path, more):
     with pytest.raises(
-        InputError, match=r"load.cir line 2 must be above 0, for rload, but is -1000000"
+        InputError, match=r"load.cir line 2 must be above 0, for Rload, but is -1000000"
     ):
         answer(tmp_path, "Rload p n {-R}", *more)
 

@@ -1,5 +1,6 @@
 """The best design for most of the devices and under limits: closed forms, the plate with a stop, series, command."""
 
+import dataclasses
 import json
 import re
 
@@ -7,8 +8,10 @@ import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.presentation.diagnostic import has
 from harvester.quantities import preferred_numbers as preferred
 from harvester.studies.optimum.robust import Robust
+from harvester.studies.tolerance.spreads import spread
 from tests.support import systems
 from tests.support.paths import ROOT
 
@@ -42,6 +45,52 @@ def test_quantile_of_a_known_function():
     assert found == pytest.approx(grid[::10][worst.argmax()], rel=0.1)
     assert best.mean_power.value == pytest.approx(worst.max(), rel=0.01)
     assert best.binds == () and best.met
+
+
+def narrow():
+    """A bimorph with a resistor at its resonance, which is far narrower than the spread of its mass."""
+    scene = hv.load(ROOT / "examples" / "bimorph_ltc3588.toml")
+    device = dataclasses.replace(scene.oscillator, damping_ratio=0.01)
+    return dataclasses.replace(scene, oscillator=device).with_load(43e3)
+
+
+def by_brute_force(scene, share):
+    """The mean of 2,000 devices (``share`` None), or what all but the share exceed (W)."""
+    part = spread("oscillator.mass", "10%", scene)
+    masses = map(float, part.at((np.arange(2000) + 0.5) / 2000))
+    answers = hv.Exact().run_many([scene.vary("oscillator.mass", mass) for mass in masses])
+    powers = np.array([answer.mean_power.value for answer in answers])
+    return powers.mean() if share is None else np.quantile(powers, share)
+
+
+@pytest.mark.parametrize("share", [None, 0.05])
+def test_a_spread_across_a_narrow_resonance(share):
+    """No polynomial follows it: the error says so, and devices one by one give the power to 1 %."""
+    scene = narrow()
+    true = by_brute_force(scene, share)
+    robust = Robust(hv.Exact(), (("oscillator.mass", "10%"),), share)
+    few = robust.outcome(scene)[1]
+    assert few.unresolved > 0.03
+    assert abs(few.power.value - true) < few.power.known_error95
+    many = robust.resolved(scene, 60.0)
+    assert many.devices > few.devices and many.unresolved <= 0.01
+    assert abs(many.power.value - true) < many.power.known_error95
+    cut_short = robust.resolved(scene, 0.0)
+    assert cut_short.devices == 64 and cut_short.unresolved > 0.01
+
+
+@pytest.mark.slow
+def test_an_answer_across_a_narrow_resonance_is_not_left_wide():
+    best = hv.optimise(
+        narrow(),
+        vary="load.resistance=10k:1M",
+        spread={"oscillator.mass": "10%"},
+        objective="5%",
+        budget="30s",
+    )
+    true = by_brute_force(narrow().with_load(best.keys[0].value), 0.05)
+    assert abs(best.mean_power.value - true) < best.mean_power.known_error95 < 0.015 * true
+    assert has(best.warnings, "spread_not_followed")
 
 
 def test_limit_binds_where_it_should():
