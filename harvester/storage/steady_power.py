@@ -134,7 +134,7 @@ def steady_power(
 def _least_seconds(problem: Problem) -> float:
     """The predicted seconds of the rectifier's current and of the direct run, by a pilot of some periods.
 
-    Of an undamped oscillator, whose time constant is long, they may be minutes.
+    For an undamped oscillator, whose time constant is long, they may be minutes.
     """
     unit = time_constant(problem.equations) / problem.scales.frequency
     pilot = PILOT / problem.scales.frequency

@@ -48,7 +48,7 @@ def changed(**keys):
 
 
 def test_a_current_that_may_be_higher_counts_as_well():
-    """Of a node that sends nothing with its current, nor with less, an error comes from more alone."""
+    """A node that sends nothing with its current, nor with less, has an error from more alone."""
     columns = np.ones(3)
     table = RectifiedCurrent(
         np.arange(3.0), columns, None, 0.0 * columns, columns, columns, ring_up=0.0

@@ -268,7 +268,7 @@ def test_intervals():
 
 
 def test_an_error_with_an_unknown_part_is_not_stated():
-    """Of the engine itself, and of the dearer one that checks it."""
+    """The error of the engine itself, and of the more expensive one that checks it."""
     points = Points((Axis("oscillator.damping", (5e-3, 6e-3, 7e-3)),), listed=True)
     table = compute_table(hv.load(PLATE), points, [hv.Exact()], ALONE)
     engine = hv.Exact()
