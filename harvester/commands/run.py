@@ -1,7 +1,7 @@
 """The command `harvester run`."""
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cloup
 
@@ -11,6 +11,11 @@ from harvester.commands.priors import check_alone, point_options, prediction_of,
 from harvester.commands.reports import report_option
 from harvester.commands.study import Output, study_command
 from harvester.errors import SimulationError
+
+if TYPE_CHECKING:
+    from harvester.answers.estimate import Estimate
+    from harvester.scene.scene import Scene
+    from harvester.studies.sensitivity import Sensitivity
 
 LEAST = 1.0  # s of a budget, for the sensitivity at least
 # of a budget, for the power itself, which has all of a shorter one (s): the rest is for that
@@ -88,7 +93,6 @@ def run(
     """Mean power and mean square voltage of one SCENE by one engine."""
     from harvester.engines import selection
     from harvester.machine.bars import Bar
-    from harvester.presentation.diagnostic import warning
 
     scene = output.scene
     check_alone(predict, prior, known, points)
@@ -116,20 +120,13 @@ def run(
         if chosen.has_first_passages:
             beside["extremes_by_first_passages"] = extremes(scene, lifetime=lifetime, passages=True)
     if sensitivity:
-        from harvester.studies.sensitivity import sensitivity as sensitivities
-
-        left = None if budget is None else max(budget - answer.seconds, LEAST)
-        try:
-            beside["sensitivity"] = sensitivities(scene, budget=left)
-        except SimulationError as error:
-            if left is None:
-                raise
-            missing = warning("no_sensitivity", left=left, why=str(error))
-            answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, missing))
+        beside["sensitivity"], answer = _with_sensitivities(scene, answer, budget)
     if predict:
         prediction = prediction_of(scene, answer.mean_power, options["seed"], prior, known, points)
         beside["prediction"] = prediction
         if budget is not None and answer.seconds + prediction.seconds > budget:
+            from harvester.presentation.diagnostic import warning
+
             late = warning("prediction_beyond_budget", seconds=prediction.seconds)
             answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, late))
     output.show(
@@ -145,3 +142,20 @@ def run(
         ),
         beside=beside,
     )
+
+
+def _with_sensitivities(
+    scene: "Scene", answer: "Estimate", budget: float | None
+) -> "tuple[Sensitivity | None, Estimate]":
+    """The sensitivities in the rest of a budget, and the answer, with a warning if there are none."""
+    from harvester.presentation.diagnostic import warning
+    from harvester.studies.sensitivity import sensitivity
+
+    left = None if budget is None else max(budget - answer.seconds, LEAST)
+    try:
+        return sensitivity(scene, budget=left), answer
+    except SimulationError as error:
+        if left is None:
+            raise
+        missing = warning("no_sensitivity", left=left, why=str(error))
+        return None, dataclasses.replace(answer, diagnostics=(*answer.diagnostics, missing))
