@@ -23,7 +23,7 @@ def export(
     fmi: int | None = None,
     platforms: str | Sequence[str] | None = None,
     seed: int = 0,
-    **model: Unpack[ModelOptions],
+    **options: Unpack[ModelOptions],
 ) -> Path:
     """Write a device as a part: an FMU to a file ``.fmu``, else a subcircuit.
 
@@ -53,8 +53,8 @@ def export(
         "macos-aarch64", or "all"; None: this machine's.
     seed : int, default 0
         draws noise that is written into the part.
-    **model
-        options of a model alone, with the meanings of `cosimulate`: ``port``, ``start`` and
+    options
+        of a model alone, with the meanings of `cosimulate`: ``port``, ``start`` and
         ``step``; ``load``, its circuit (a netlist of elements that engine "compiled" has; with a
         Coil a resistance alone), None for an electrical port with a current (A) as an input; and
         ``inputs``, the names of the model's numbers that are inputs, such as ("a",); the
@@ -91,16 +91,16 @@ def export(
         _check_model_part(out, of_scene)
         from harvester.devices.fmu.models.model_unit import export_model
 
-        export_model(scene, out, model, fmi=2 if fmi is None else fmi, platforms=platforms)
+        export_model(scene, out, options, fmi=2 if fmi is None else fmi, platforms=platforms)
         return Path(out)
-    _check_absent(model, f"belong to {OF_MODEL}, but a Scene is given")
+    _check_absent(options, f"belong to {OF_MODEL}, but a Scene is given")
     of_subcircuit = {"name": name, "duration": duration}
     of_fmu = {"circuit": circuit, "fmi": fmi, "platforms": platforms}
     others = of_subcircuit if is_fmu else of_fmu
     kind = "a subcircuit" if is_fmu else "an FMU"
     _check_absent(others, f"belong to {kind}, but {str(out)!r} is not one")
-    options = of_fmu if is_fmu else of_subcircuit
-    given: dict[str, Any] = {key: value for key, value in options.items() if value is not None}
+    used = of_fmu if is_fmu else of_subcircuit
+    given: dict[str, Any] = {key: value for key, value in used.items() if value is not None}
     if is_fmu:
         from harvester.devices.fmu.unit import export_fmu
 
