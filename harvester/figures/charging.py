@@ -89,7 +89,7 @@ def _draw_power(axes: Any, answer: ChargingResult, factor: float, label: str) ->
             powers.append(level.power)
         below = level.voltage
     watt = scale(
-        "power into the storage capacitor",
+        "charging power",
         answer.unit_names.power,
         [power.value for power in powers],
     )
