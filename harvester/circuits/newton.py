@@ -2,8 +2,9 @@
 
 Newton's method on Y y + A (i(w) + q(w)/tau) = r, w = W y: the functions and their derivatives as
 straight lines (`harvester.circuits.derivatives`), the voltages of junctions limited, until no
-function differs from its tangent by more than its tolerance.  A circuit with more junctions than
-`MOST_WRITTEN` is a tape of numbers, as the time of compilation grows with the square of the lines.
+function differs from its tangent by more than its tolerance.  A circuit without functions of its
+own and with more junctions than `MOST_WRITTEN` is a tape of numbers, as the time of compilation
+grows with the square of the lines.
 """
 
 import hashlib

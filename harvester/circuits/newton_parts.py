@@ -6,9 +6,10 @@ long to compile: it reads a circuit from its numbers.
 
 import math
 
-from numba import types
+from numba import carray, types  # type: ignore[attr-defined]
 
 from harvester.circuits.junctions import diode
+from harvester.circuits.pointers import data
 from harvester.mechanics.kernels.compiled import inlined
 
 MOST_ITERATIONS = 60
@@ -185,12 +186,26 @@ def substituted(p, at, work, d, z, n):
 
 
 @inlined
+def copied(values, out, count):
+    """Write the first values into out; an assignment of slices would need functions of Python to fail with."""
+    for k in range(count):
+        out[k] = values[k]
+
+
+@inlined
+def cleared(out, count):
+    """Write 0 into the first of out."""
+    for k in range(count):
+        out[k] = 0.0
+
+
+@inlined
 def assembled(p, r, Y, slopes, currents, work):
     """Write the right side of an iteration into work, and then its matrix."""
     n = len(r)
     many = len(slopes)
-    work[:n] = r
-    work[n : n + n * n] = 0.0
+    copied(r, work, n)
+    cleared(work[n:], n * n)
     added(p, int(p[5]), currents, work, many)
     at = int(p[6])
     entries = int(p[at])
@@ -212,11 +227,20 @@ def solve_tape(y, r, Y, p, q, work, rate):
     room = work[n + n * n :]
     d = room[:n]
     z = room[n : 2 * n]
-    rows = room[2 * n : 2 * n + 10 * many].reshape((10, many))
-    w, u, v, tangent, charge, current, slope, excess, stored, capacitance = rows
+    rows = carray(data(room[2 * n :]), (10, many))
+    w = rows[0]
+    u = rows[1]
+    v = rows[2]
+    tangent = rows[3]
+    charge = rows[4]
+    current = rows[5]
+    slope = rows[6]
+    excess = rows[7]
+    stored = rows[8]
+    capacitance = rows[9]
     combined(p, int(p[3]), y, w, many)
-    tangent[:] = 0.0
-    charge[:] = 0.0
+    cleared(tangent, many)
+    cleared(charge, many)
     failed = -1
     near = False
     for iteration in range(MOST_ITERATIONS):
@@ -243,20 +267,20 @@ def solve_tape(y, r, Y, p, q, work, rate):
                 failed = k
             excess[k] = current[k] - slope[k] * w[k]
         if near and failed == -1:
-            q[:many] = charge
-            y[:] = b
+            copied(charge, q, many)
+            copied(b, y, n)
             return iteration
         assembled(p, r, Y, slope, excess, work)
         if eliminated(p, int(p[8]), work, d, n):
             substituted(p, int(p[9]), work, d, z, n)
-            b[:] = z
+            copied(z, b, n)
         else:
             assembled(p, r, Y, slope, excess, work)
-            if not solve_dense(work[n : n + n * n].reshape((n, n)), b, n):
+            if not solve_dense(carray(data(work[n:]), (n, n)), b, n):
                 return -1
         near = iteration < DAMPED or iteration % EACH == 0
         held = 0.0 if near else HELD
-        u[:] = w
+        copied(w, u, many)
         combined(p, int(p[3]), b, v, many)
         for k in range(many):
             at = int(p[4]) + 16 * k + 9

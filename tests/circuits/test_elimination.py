@@ -70,7 +70,7 @@ def test_pivots_of_the_matrix_at_hand_take_over(monkeypatch):
 def test_a_tape_of_numbers_solves_as_the_lines(tmp_path, monkeypatch, furthest):
     """Also with the pivots of the matrix at hand, and with a Zener diode, a coil and a source of voltage."""
     (tmp_path / "a.cir").write_text(
-        "D1 A O DP\nD2 B O DP\nD3 0 A DP\nD4 0 B DP\nDz 0 O DZ\nL1 O P 10 ic=0\n"
+        "t\nD1 A O DP\nD2 B O DP\nD3 0 A DP\nD4 0 B DP\nDz 0 O DZ\nL1 O P 10 ic=0\n"
         "V1 P R 0.1\nCs R 0 100n\nRL R 0 250k\n.model DP D(Is=2u N=1.06 Rs=4 Cjo=40p Tt=1u)\n"
         ".model DZ D(Bv=3)\n"
     )
@@ -97,14 +97,20 @@ def test_a_tape_of_numbers_solves_as_the_lines(tmp_path, monkeypatch, furthest):
 def test_ladders_of_many_diodes_have_one_source(tmp_path):
     """Sixty diodes were compiled for a minute before any budget was looked at."""
 
-    def solver(count):
+    def ladder(count):
         stages = "".join(f"R{k} n{k} m{k} 100\nD{k} m{k} n{k + 1} DX\n" for k in range(count))
         (tmp_path / "a.cir").write_text(
-            f"{stages}Cs n{count} 0 1u\nRL n{count} 0 100k\nDb 0 n0 DX\n.model DX D(Is=1n Rs=1)\n"
+            f"t\n{stages}Cs n{count} 0 1u\nRL n{count} 0 100k\nDb 0 n0 DX\n.model DX D(Is=1n Rs=1)\n"
         )
         load = hv.Load(netlist=str(tmp_path / "a.cir"), terminals=("n0", "0"), resistor="RL")
-        return compiled(hv.load("examples/plate_harmonic.toml").with_load(load)).solver
+        scene = hv.load("examples/plate_harmonic.toml").with_load(load)
+        circuit = compiled(scene)
+        assert len(circuit.system.diodes) == count + 1
+        path = circuit.trace(Problem.of(scene).equations, np.zeros(400), 0.1, 400)
+        assert path.failed == 0
+        return circuit.solver, path.square[-1]
 
-    few, many = solver(30), solver(60)
+    (few, shorter), (many, longer) = ladder(30), ladder(60)
     assert few.text == many.text
     assert len(many.arguments) < 3 * len(few.arguments)
+    assert shorter > longer > 0.0

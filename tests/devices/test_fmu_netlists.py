@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.circuits.newton import MOST_WRITTEN
 from harvester.devices.fmu import fixed_scales, parts
 from harvester.devices.fmu.objects import PLATFORMS
 from harvester.equations.problem import Problem
@@ -81,6 +82,28 @@ def test_the_path_is_that_of_the_compiled_circuit(struck):
     path = check_path(struck)
     assert len(path.impacts) > 4
     assert path.failed == 0
+
+
+def test_many_junctions_have_the_path_of_the_compiled_circuit(tmp_path):
+    """A bridge of seven diodes in series per arm, whose equations are a tape of numbers."""
+    arms = {"a": "p x", "b": "n x", "c": "0 p", "d": "0 n"}
+    lines = []
+    for name, ends in arms.items():
+        first, last = ends.split()
+        nodes = [first, *(f"{name}{k}" for k in range(1, 7)), last]
+        lines += [f"D{name}{k} {nodes[k]} {nodes[k + 1]} DX" for k in range(7)]
+    (tmp_path / "many.cir").write_text(
+        ".subckt many p n\n" + "\n".join(lines) + "\nCsmooth x 0 100n\nRload x 0 1e6\n"
+        ".model DX D(Is=1n N=1.5 Cjo=10p)\n.ends\n"
+    )
+    scene = tmp_path / "many.toml"
+    text = (EXAMPLES / "plate_harmonic_stop.toml").read_text().partition("[load]")[0]
+    scene.write_text(f'{text}[load]\nnetlist = "./many.cir"\n')
+    problem = Problem(hv.load(scene)).plain
+    assert len(parts.part_of(problem, problem.scales, "netlist").board.system.diodes) > MOST_WRITTEN
+    path = check_path(scene)
+    assert path.failed == 0
+    assert np.abs(path.voltages[:, 1]).max() > 0.1
 
 
 @pytest.mark.thorough
