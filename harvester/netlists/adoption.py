@@ -12,6 +12,7 @@ from pathlib import Path
 
 from harvester.errors import invalid, unknown
 from harvester.netlists.cards import DEFINITIONS, LEFT_OUT, PARAMETERS, TEMPERATURES
+from harvester.netlists.deck_capacitance import capacitance_of, parameters_of
 from harvester.netlists.deck_cards import (
     ParameterStep,
     beside,
@@ -79,7 +80,8 @@ class Adoption:
     terminals, resistor, store
         of the scene's table [load]; store is None without one.
     capacitance
-        the piezo's in farad, as a scene's number with a prefix; "" without one.
+        the piezo's in farad, as a scene's number with a prefix; "" if it has none, or its value is
+        not known.
     diagnostics
         the treatment of the deck's lines.
     """
@@ -106,7 +108,7 @@ def adopt(
     check_form(path)
     deck = _read(path)
     piezo, gone = _piezo(deck, terminals)
-    capacitance = piezo.capacitance(deck.parameters)
+    capacitance = capacitance_of(piezo, deck.parameters)
     deck.remarks += _on_piezo(piezo, capacitance)
     texts = {line: line.text for line in deck.kept if line not in gone}
     left, measured = _without_readers(deck, texts, gone, piezo)
@@ -253,8 +255,7 @@ def _keep(deck: SimulationDeck, line: Line, inside: bool) -> None:
     deck.models |= set(names_of([line]))
     deck.shared |= global_nets([line])
     if line.word in PARAMETERS and not inside:
-        pairs = re.findall(r"(\w+)\s*=\s*(\{[^}]*\}|'[^']*'|\S+)", line.text)
-        deck.parameters |= {name.lower(): text for name, text in pairs}
+        deck.parameters |= parameters_of(line.text)
 
 
 def _read_options(deck: SimulationDeck, line: Line) -> None:
@@ -289,14 +290,21 @@ def _on_piezo(piezo: DeckDevice, capacitance: str) -> Iterator[Diagnostic]:
         parts = [each.line.text[:60] for each in piezo.motion if (each.kind == "v") == is_meter]
         if parts:
             yield note(code, text=", ".join(parts))
-    if piezo.capacitors:
-        texts = ", ".join(each.line.text[:60] for each in piezo.capacitors)
-        lines = ", ".join(each.line.where for each in piezo.capacitors)
-        yield note("deck_capacitance", text=texts, line=lines, value=capacitance)
-    for each in piezo.capacitors:
-        yield from unintended_texts(each)
+    yield from _on_capacitors(piezo.capacitors, capacitance)
     if not piezo.drives:
         yield note("deck_no_drive", nets=nets)
+
+
+def _on_capacitors(capacitors: Sequence[Element], capacitance: str) -> Iterator[Diagnostic]:
+    """Remarks on the piezo's capacitors, whose sum is "" if it is not known."""
+    texts = ", ".join(each.line.text[:60] for each in capacitors)
+    lines = ", ".join(each.line.where for each in capacitors)
+    if capacitance:
+        yield note("deck_capacitance", text=texts, line=lines, value=capacitance)
+    elif capacitors:
+        yield note("deck_capacitance_open", text=texts, line=lines)
+    for each in capacitors:
+        yield from unintended_texts(each)
 
 
 def _on_roles(

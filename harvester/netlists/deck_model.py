@@ -8,9 +8,12 @@ acts on the board is refused, and so is a part that may be of that model at a pi
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
+from itertools import chain
 from typing import NoReturn
 
 from harvester.errors import InputError
+from harvester.netlists.cards import PARAMETERS
+from harvester.netlists.deck_capacitance import parameters_of
 from harvester.netlists.deck_device import (
     DeckDevice,
     connected,
@@ -68,7 +71,14 @@ def piezos(
             continue
         across = (each for each in inner if each.kind == "c" and _between(each, pins))
         first, second = (spelt.get(node, node) for node in call.nodes)
-        yield DeckDevice((first, second), (call,), device.capacitors or (*across,))
+        capacitors = device.capacitors or (*across,)
+        yield DeckDevice((first, second), (call,), capacitors, parameters=_parameters_inside(body))
+
+
+def _parameters_inside(body: Iterable[Line]) -> dict[str, str]:
+    """The texts of the parameters of a subcircuit, those of its cards before those of its head."""
+    cards = (line for line in body if line.word in (".subckt", *PARAMETERS))
+    return dict(chain.from_iterable(parameters_of(card.text).items() for card in cards))
 
 
 def _pins(head: Line) -> tuple[str, ...]:

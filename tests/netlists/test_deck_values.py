@@ -36,11 +36,46 @@ def adopted(folder, c="41n", step=""):
         ("{CP}", "41n"),
         ("c=41.259n", "41.259n"),
         ("5e-9 m=2", "10n"),
+        ("33n scale=2", "66n"),
+        ("{2*CP}", "82n"),
     ],
 )
 def test_the_capacitance_is_a_number_of_the_scene(tmp_path, written, value):
     """`M` is milli in SPICE and mega in a scene; the text of the deck was printed as it is."""
     assert adopted(tmp_path, written).capacitance == value
+
+
+PART = ".param CP=33n\n{call}\n.subckt PZ a b {head}\nI1 b a SIN(0 1m 61)\n{body}\n.ends"
+
+
+@pytest.mark.parametrize(
+    ("call", "head", "body", "value"),
+    [
+        ("XP p 0 PZ", "", "C1 a b {CP}", "33n"),
+        ("XP p 0 PZ", "CP=10n", "C1 a b {CP}", "10n"),
+        ("XP p 0 PZ CP=20n", "CP=10n", "C1 a b {CP}", "20n"),
+        ("XP p 0 PZ PARAMS: CP=20n", "PARAMS: CP=10n", "C1 a b {CP}", "20n"),
+        ("XP p 0 PZ CP={CP}", "CP=10n", "C1 a b {CP}", "33n"),
+        ("XP p 0 PZ", "CP=10n", ".param CP=44n\nC1 a b {CP}", "44n"),
+        ("XP p 0 PZ CP=20n", "", ".param CP=44n\nC1 a b {CP} m=3", "60n"),
+        ("XP p 0 PZ m=2", "", "C1 a b 33n", "66n"),
+    ],
+)
+def test_names_in_a_subcircuit_have_its_own_values(tmp_path, call, head, body, value):
+    """They had those of the deck's parameters."""
+    path = tmp_path / "part.cir"
+    part = PART.format(call=call, head=head, body=body)
+    path.write_text(f"t\n{part}\nD1 p out d\nRL out 0 1k\n.model d D\n.end\n")
+    assert adopt(path).capacitance == value
+
+
+@pytest.mark.parametrize("written", ["{CQ}", "{CP*f(2)}", "{CA}"])
+def test_a_capacitance_that_is_not_known_is_no_value_of_the_scene(tmp_path, written):
+    adoption = adopted(tmp_path, written, ".func f(x) {2*x}\n.param CA={CB} CB={CA}")
+    told = {one.code: one for one in adoption.diagnostics}
+    assert adoption.capacitance == ""
+    assert "deck_capacitance" not in told
+    assert str(told["deck_capacitance_open"]).endswith("[piezo] capacitance")
 
 
 @pytest.mark.parametrize(
