@@ -20,6 +20,7 @@ from harvester.netlists.deck_cards import (
     names_of,
     on_libraries,
     read_step,
+    step_values,
 )
 from harvester.netlists.deck_device import DeckDevice, Nets, find_piezo, is_supply
 from harvester.netlists.deck_model import (
@@ -223,7 +224,7 @@ def _read_card(deck: SimulationDeck, line: Line) -> None:
     elif line.word == ".step":
         deck.steps.append(read_step(line))
         named = {"element": line.word, "line": line.where, "unit": ""}
-        odd = (unintended_number(word, named) for word in tokens_of(line.text)[1:])
+        odd = (unintended_number(word, named) for word in step_values(line))
         deck.remarks += [remark for remark in odd if remark is not None]
     else:
         raise unknown(f"card in deck {line.where}", line.word, (*KEPT, *LEFT_OUT, ".step"))

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import NoReturn
 
-from harvester.errors import InputError
+from harvester.errors import InputError, invalid
 from harvester.netlists.cards import PARAMETERS
 from harvester.netlists.deck_capacitance import parameters_of
+from harvester.netlists.deck_cards import names_of
 from harvester.netlists.deck_device import (
     DeckDevice,
     connected,
@@ -39,14 +40,20 @@ _START = re.compile(
 
 
 def bodies_of(lines: Iterable[Line]) -> dict[str, list[Line]]:
-    """The lines of each subcircuit, from its head to its end, by its name in lower case."""
+    """The lines of each subcircuit, from its head to its end, by its name in lower case.
+
+    Raises InputError for a head without a name.
+    """
     bodies: dict[str, list[Line]] = {}
     inside: list[Line] = []
     for line in lines:
         if line.word == ".subckt" or inside:
             inside.append(line)
         if line.word == ".ends" and inside:
-            bodies[inside[0].text.lower().split()[1]] = inside
+            name = next(iter(names_of(inside[:1])))
+            if not name:
+                raise invalid(f"deck {inside[0].where}", "name its subcircuit", inside[0].text)
+            bodies[name] = inside
             inside = []
     return bodies
 

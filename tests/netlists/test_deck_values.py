@@ -4,6 +4,8 @@ import pytest
 
 from harvester.errors import InputError
 from harvester.netlists.adoption import adopt
+from harvester.netlists.load_circuit import load_circuit
+from harvester.scene.load import Load
 
 DECK = """* a deck
 .param CP=41n
@@ -99,6 +101,52 @@ def test_a_step_whose_value_ltspice_reads_otherwise_is_a_warning(tmp_path):
 def test_a_step_of_many_values_says_so(tmp_path):
     remarks = adopted(tmp_path, step=".step param RL 1k 1Meg 10k").diagnostics
     assert "deck_step_too_long" in {one.code for one in remarks}
+
+
+@pytest.mark.parametrize(
+    "step",
+    [
+        ".step NPN 2N2222(VAF) 50 100 25",
+        ".step lin D 1N4148(Is) list 1n 2n",
+        ".step temp -40 85 1",
+        ".step param CP 1n 1u 1n",
+    ],
+)
+def test_a_step_of_no_single_element_says_so(tmp_path, step):
+    """A model's name was a number, and too many values were the reason."""
+    told = {one.code for one in adopted(tmp_path, step=step).diagnostics}
+    assert "deck_step_left_out" in told
+    assert not told & {"digits_behind_suffix", "deck_step_too_long"}
+
+
+@pytest.mark.parametrize("card", [".param", ".param ; values", ".params\n+"])
+def test_a_card_without_parameters_is_one_line(tmp_path, card):
+    """It was an internal error."""
+    path = tmp_path / "board.cir"
+    path.write_text(f"t\nD1 P o DX\nRL o 0 1k\n.model DX D\n{card}\n.end\n")
+    with pytest.raises(InputError, match=r"line 5 must set parameters, as in \.param a=1"):
+        load_circuit(Load(netlist=str(path), terminals=("P", "0"), resistor="RL"))
+
+
+@pytest.mark.parametrize("card", [".ac dec 1 1 2", ".step param X 1 2 3", ".control\nrun\n.endc"])
+@pytest.mark.parametrize("bench", ["", "V1 p 0 1\n"])
+def test_a_card_of_a_netlist_without_a_bench_has_a_remedy_that_works(tmp_path, card, bench):
+    """The remedy was `harvester adopt`, which makes no board of subcircuits alone."""
+    path = tmp_path / "part.cir"
+    part = ".subckt mine a b\nD1 a o DX\nRload o b 1k\n.model DX D\n.ends\n"
+    path.write_text(f"t\n{part}{bench}{card}\n.end\n")
+    with pytest.raises(InputError) as error:
+        load_circuit(Load(netlist=str(path)))
+    assert ("harvester adopt" in str(error.value)) == bool(bench)
+    assert str(error.value).endswith(": leave out the line") == (not bench)
+
+
+def test_a_subcircuit_without_a_name_is_one_line(tmp_path):
+    """It was an internal error."""
+    path = tmp_path / "deck.cir"
+    path.write_text("t\n.subckt\n.ends\nI1 0 P SIN(0 1m 61)\nRL P 0 1k\n.end\n")
+    with pytest.raises(InputError, match=r"deck deck\.cir line 2 must name its subcircuit"):
+        adopt(path)
 
 
 def test_a_deck_without_elements(tmp_path):
