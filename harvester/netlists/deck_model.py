@@ -264,12 +264,12 @@ class ModelReaders:
     read: str
     elements: tuple[Element, ...]
 
-    def refuse(self) -> NoReturn:
-        """Raise InputError, as one of the elements acts on the board."""
+    def refuse(self, otherwise: str = "") -> NoReturn:
+        """Raise InputError, as one of the elements acts on the board, with another remedy."""
         raise InputError(
             f"deck {self.reader.line.where} must not read {self.read}, a part of the "
             "piezo's own model, which the scene's device replaces, but is "
-            f"{self.reader.line.text[:60]}: write it with the nets of the board"
+            f"{self.reader.line.text[:60]}: write it with the nets of the board{otherwise}"
         )
 
 
