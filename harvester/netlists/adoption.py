@@ -12,6 +12,7 @@ from pathlib import Path
 
 from harvester.errors import invalid, unknown
 from harvester.netlists.cards import DEFINITIONS, LEFT_OUT, PARAMETERS, TEMPERATURES
+from harvester.netlists.deck_capacitance import capacitance_of, parameters_of
 from harvester.netlists.deck_cards import (
     ParameterStep,
     beside,
@@ -19,6 +20,7 @@ from harvester.netlists.deck_cards import (
     names_of,
     on_libraries,
     read_step,
+    step_values,
 )
 from harvester.netlists.deck_device import DeckDevice, Nets, find_piezo, is_supply
 from harvester.netlists.deck_model import (
@@ -79,7 +81,8 @@ class Adoption:
     terminals, resistor, store
         of the scene's table [load]; store is None without one.
     capacitance
-        the piezo's in farad, as a scene's number with a prefix; "" without one.
+        the piezo's in farad, as a scene's number with a prefix; "" if it has none, or its value is
+        not known.
     diagnostics
         the treatment of the deck's lines.
     """
@@ -106,7 +109,7 @@ def adopt(
     check_form(path)
     deck = _read(path)
     piezo, gone = _piezo(deck, terminals)
-    capacitance = piezo.capacitance(deck.parameters)
+    capacitance = capacitance_of(piezo, deck.parameters)
     deck.remarks += _on_piezo(piezo, capacitance)
     texts = {line: line.text for line in deck.kept if line not in gone}
     left, measured = _without_readers(deck, texts, gone, piezo)
@@ -221,7 +224,7 @@ def _read_card(deck: SimulationDeck, line: Line) -> None:
     elif line.word == ".step":
         deck.steps.append(read_step(line))
         named = {"element": line.word, "line": line.where, "unit": ""}
-        odd = (unintended_number(word, named) for word in tokens_of(line.text)[1:])
+        odd = (unintended_number(word, named) for word in step_values(line))
         deck.remarks += [remark for remark in odd if remark is not None]
     else:
         raise unknown(f"card in deck {line.where}", line.word, (*KEPT, *LEFT_OUT, ".step"))
@@ -253,8 +256,7 @@ def _keep(deck: SimulationDeck, line: Line, inside: bool) -> None:
     deck.models |= set(names_of([line]))
     deck.shared |= global_nets([line])
     if line.word in PARAMETERS and not inside:
-        pairs = re.findall(r"(\w+)\s*=\s*(\{[^}]*\}|'[^']*'|\S+)", line.text)
-        deck.parameters |= {name.lower(): text for name, text in pairs}
+        deck.parameters |= parameters_of(line.text)
 
 
 def _read_options(deck: SimulationDeck, line: Line) -> None:
@@ -289,14 +291,21 @@ def _on_piezo(piezo: DeckDevice, capacitance: str) -> Iterator[Diagnostic]:
         parts = [each.line.text[:60] for each in piezo.motion if (each.kind == "v") == is_meter]
         if parts:
             yield note(code, text=", ".join(parts))
-    if piezo.capacitors:
-        texts = ", ".join(each.line.text[:60] for each in piezo.capacitors)
-        lines = ", ".join(each.line.where for each in piezo.capacitors)
-        yield note("deck_capacitance", text=texts, line=lines, value=capacitance)
-    for each in piezo.capacitors:
-        yield from unintended_texts(each)
+    yield from _on_capacitors(piezo.capacitors, capacitance)
     if not piezo.drives:
         yield note("deck_no_drive", nets=nets)
+
+
+def _on_capacitors(capacitors: Sequence[Element], capacitance: str) -> Iterator[Diagnostic]:
+    """Remarks on the piezo's capacitors, whose sum is "" if it is not known."""
+    texts = ", ".join(each.line.text[:60] for each in capacitors)
+    lines = ", ".join(each.line.where for each in capacitors)
+    if capacitance:
+        yield note("deck_capacitance", text=texts, line=lines, value=capacitance)
+    elif capacitors:
+        yield note("deck_capacitance_open", text=texts, line=lines)
+    for each in capacitors:
+        yield from unintended_texts(each)
 
 
 def _on_roles(

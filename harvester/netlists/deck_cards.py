@@ -57,10 +57,10 @@ class ParameterStep:
             )
             and line not in [user.line for user in users]
         ]
-        if not self.values:
-            return warning("deck_step_too_long", text=self.text, most=MOST)
         if len(users) != 1 or others or self.name not in parameters:
             return warning("deck_step_left_out", text=self.text)
+        if not self.values:
+            return warning("deck_step_too_long", text=self.text, most=MOST)
         user = users[0]
         value = parameters[self.name].strip("{}'")
         if plain_number(value) is None:
@@ -90,6 +90,16 @@ def read_step(line: Line) -> ParameterStep:
     numbers = [number for word in rest if (number := plain_number(word)) is not None]
     values = _range(form, numbers) if len(numbers) == len(rest) == 3 else ""
     return ParameterStep(name, values, line.text[:60])
+
+
+def step_values(line: Line) -> list[str]:
+    """The words of a .step card behind the name; that of a model's parameter is NPN QX(VAF)."""
+    model = re.match(
+        r"\.step\s+(?:(?:dec|oct|lin)\s+)?\S+\s+[^\s()]+\s*\([^()]*\)", line.text, re.I
+    )
+    name = re.match(r"\.step\s+(?:(?:dec|oct|lin)\s+)?(?:param\s+)?\S+", line.text, re.I)
+    head = model or name
+    return tokens_of(line.text[head.end() :]) if head else []
 
 
 def _range(form: str, numbers: Sequence[float]) -> str:

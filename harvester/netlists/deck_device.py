@@ -9,15 +9,13 @@ cantilever); a subcircuit of two pins that holds one of these
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 
-from harvester.errors import InputError, invalid, unknown
+from harvester.errors import InputError, unknown
 from harvester.netlists.element_lines import Element
-from harvester.netlists.expression import plain_number
 from harvester.netlists.flat import net_of
 from harvester.netlists.words import tokens_of
-from harvester.quantities.units import SYMBOLS
 
 Nets = tuple[str, str]
 
@@ -27,54 +25,20 @@ class DeckDevice:
     """The piezo of a deck: its two nets, the sources that drive it, and its capacitors.
 
     ``motion`` are the elements of its motional branch, in series with the source, and sources of
-    0 V that measure currents of the piezo's own model.
+    0 V that measure currents of the piezo's own model.  ``parameters`` are the texts of the
+    parameters of its subcircuit.
     """
 
     nets: Nets
     drives: tuple[Element, ...] = ()
     capacitors: tuple[Element, ...] = ()
     motion: tuple[Element, ...] = ()
+    parameters: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def elements(self) -> tuple[Element, ...]:
         """All elements that a scene's device replaces."""
         return (*self.drives, *self.capacitors, *self.motion)
-
-    def capacitance(self, parameters: Mapping[str, str]) -> str:
-        """The sum of the capacitances (F), as a scene's number with a prefix; "" without one.
-
-        ``parameters`` are the texts of the deck's parameters by name. If a value depends on more
-        than one name, it is the texts of the values.
-
-        Raises InputError for a capacitance that is not above 0.
-        """
-        if not self.capacitors:
-            return ""
-        total = 0.0
-        for each in self.capacitors:
-            value = _number(each, parameters)
-            if value is None:
-                return " + ".join(" ".join(tokens_of(e.line.text)[3:]) for e in self.capacitors)
-            if value <= 0.0:
-                must = "have a capacitance above 0 F"
-                raise invalid(f"{each.name} of deck {each.line.where}", must, f"{value:g}")
-            total += value
-        power = max((p for p in SYMBOLS if p <= 0 and 10.0**p <= total * (1 + 1e-9)), default=-15)
-        return f"{total / 10.0**power:.12g}{SYMBOLS[power]}"
-
-
-def _number(capacitor: Element, parameters: Mapping[str, str]) -> float | None:
-    """The capacitance (F) of an element, m included; None if it depends on more than one name."""
-    many = capacitor.options.get("m")
-    if many is not None and not many.is_constant:
-        return None
-    times = 1.0 if many is None else many.value
-    if capacitor.value is not None and capacitor.value.is_constant:
-        return capacitor.value.value * times
-    words = tokens_of(capacitor.line.text)[3:]
-    name = words[0].strip("{}' ").lower() if words else ""
-    value = plain_number(parameters.get(name, "").strip("{}' "))
-    return None if value is None else value * times
 
 
 def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -> DeckDevice:

@@ -8,9 +8,13 @@ acts on the board is refused, and so is a part that may be of that model at a pi
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
+from itertools import chain
 from typing import NoReturn
 
-from harvester.errors import InputError
+from harvester.errors import InputError, invalid
+from harvester.netlists.cards import PARAMETERS
+from harvester.netlists.deck_capacitance import parameters_of
+from harvester.netlists.deck_cards import names_of
 from harvester.netlists.deck_device import (
     DeckDevice,
     connected,
@@ -36,14 +40,20 @@ _START = re.compile(
 
 
 def bodies_of(lines: Iterable[Line]) -> dict[str, list[Line]]:
-    """The lines of each subcircuit, from its head to its end, by its name in lower case."""
+    """The lines of each subcircuit, from its head to its end, by its name in lower case.
+
+    Raises InputError for a head without a name.
+    """
     bodies: dict[str, list[Line]] = {}
     inside: list[Line] = []
     for line in lines:
         if line.word == ".subckt" or inside:
             inside.append(line)
         if line.word == ".ends" and inside:
-            bodies[inside[0].text.lower().split()[1]] = inside
+            name = next(iter(names_of(inside[:1])))
+            if not name:
+                raise invalid(f"deck {inside[0].where}", "name its subcircuit", inside[0].text)
+            bodies[name] = inside
             inside = []
     return bodies
 
@@ -68,7 +78,14 @@ def piezos(
             continue
         across = (each for each in inner if each.kind == "c" and _between(each, pins))
         first, second = (spelt.get(node, node) for node in call.nodes)
-        yield DeckDevice((first, second), (call,), device.capacitors or (*across,))
+        capacitors = device.capacitors or (*across,)
+        yield DeckDevice((first, second), (call,), capacitors, parameters=_parameters_inside(body))
+
+
+def _parameters_inside(body: Iterable[Line]) -> dict[str, str]:
+    """The texts of the parameters of a subcircuit, those of its cards before those of its head."""
+    cards = (line for line in body if line.word in (".subckt", *PARAMETERS))
+    return dict(chain.from_iterable(parameters_of(card.text).items() for card in cards))
 
 
 def _pins(head: Line) -> tuple[str, ...]:
@@ -247,12 +264,12 @@ class ModelReaders:
     read: str
     elements: tuple[Element, ...]
 
-    def refuse(self) -> NoReturn:
-        """Raise InputError, as one of the elements acts on the board."""
+    def refuse(self, otherwise: str = "") -> NoReturn:
+        """Raise InputError, as one of the elements acts on the board, with another remedy."""
         raise InputError(
             f"deck {self.reader.line.where} must not read {self.read}, a part of the "
             "piezo's own model, which the scene's device replaces, but is "
-            f"{self.reader.line.text[:60]}: write it with the nets of the board"
+            f"{self.reader.line.text[:60]}: write it with the nets of the board{otherwise}"
         )
 
 

@@ -47,10 +47,19 @@ def store_of(
 
 
 def _refuse_named(what: str, measured: Sequence[ModelReaders]) -> None:
-    """Raise InputError if a measurement acts on an element with a name of a load or a store."""
+    """Raise InputError if a measurement acts on an element with a name of a load or a store.
+
+    A store is across a resistor; another capacitor, as that of a filter, only measures.
+    """
     for group in measured:
-        if any(each.name.lower() in NAMES[what] for each in group.elements):
-            group.refuse()
+        resistors = [_nets_of(each) for each in group.elements if each.kind == "r"]
+        for each in group.elements:
+            if each.name.lower() not in NAMES[what]:
+                continue
+            if what == "load":
+                group.refuse(f", or name the load by `load` if {each.name} only measures")
+            if _nets_of(each) in resistors:
+                group.refuse(f", or rename {each.name} if it only measures")
 
 
 def _on_board(

@@ -149,7 +149,12 @@ def read_netlist(
         )
         # with a source it is a simulation, of which a board can be made
         raise DeckError(str(error)) if any(line.word[:1] in DRIVES for line in lines) else error
-    netlist = _parsed(path.name, lines, board)
+    try:
+        netlist = _parsed(path.name, lines, board)
+    except DeckError as error:
+        if _has_bench(lines):
+            raise
+        raise InputError(f"{error}: leave out the line") from None
     if library is not None:
         _add_parts(netlist, _parts(library))
     known = frozenset(netlist.outside.cards)
@@ -208,6 +213,16 @@ def _parsed(file: str, lines: Iterable[Line], board: bool) -> ParsedNetlist:
     if current is not None:
         raise invalid(f"netlist {file}", "hold a subcircuit, .subckt to .ends", "no end")
     return netlist
+
+
+def _has_bench(lines: Iterable[Line]) -> bool:
+    """Whether elements are outside of subcircuits, of which `harvester adopt` can make a board."""
+    depth = 0
+    for line in lines:
+        depth += {".subckt": 1, ".ends": -1, ".control": 1, ".endc": -1}.get(line.word, 0)
+        if depth == 0 and not line.word.startswith("."):
+            return True
+    return False
 
 
 def _add(netlist: ParsedNetlist, body: Body, line: Line, board: bool, inside: bool) -> None:

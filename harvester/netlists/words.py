@@ -100,6 +100,9 @@ def assignments(text: str, where: str) -> dict[str, Node]:
         for match in starts
         if text.count("{", 0, match.start()) == text.count("}", 0, match.start())
     ]
+    if not starts or text[: starts[0].start()].strip():
+        must = "set parameters, as in .param a=1 b={2*a}"
+        raise invalid(where, must, text.strip()[:60] or "empty")
     ends = [match.start() for match in starts[1:]] + [len(text)]
     pairs: dict[str, Node] = {}
     for match, end in zip(starts, ends, strict=True):
@@ -109,8 +112,6 @@ def assignments(text: str, where: str) -> dict[str, Node]:
         if not value:
             raise invalid(where, f"give a value to {match[1]}", text.strip()[:60])
         pairs[match[1]] = parameter_value(value, where)
-    if not pairs or text[: starts[0].start()].strip():
-        raise invalid(where, "set parameters, as in .param a=1 b={2*a}", text.strip()[:60])
     return pairs
 
 

@@ -215,6 +215,30 @@ def test_a_measured_store_is_not_left_out(tmp_path):
         adopt(path)
 
 
+@pytest.mark.parametrize(
+    ("filtered", "remedy"),
+    [
+        ("Rm m q 1k\nCs q 0 1n\n", None),
+        ("Cs m 0 1n\nRm m 0 1k\n", "or rename Cs if it only measures"),
+        ("RL m 0 1k\n", "or name the load by `load` if RL only measures"),
+    ],
+)
+def test_a_filter_of_a_measurement_is_no_store(tmp_path, filtered, remedy):
+    """Its capacitor was refused because of its name, and no remedy worked."""
+    path = tmp_path / "deck.cir"
+    deck = "t\nIp 0 P SIN(0 1m 61)\nCp P 0 33n\nR1 P 0 100k\nBm m 0 V=i(Ip)\n"
+    path.write_text(f"{deck}{filtered}.end\n")
+    if remedy is not None:
+        with pytest.raises(InputError, match=remedy):
+            adopt(path)
+    path.write_text(f"{deck}{filtered.replace('Cs', 'Cw')}.end\n")
+    adoption = adopt(path, load="R1")
+    assert (adoption.resistor, adoption.store) == ("R1", None)
+    if remedy is None:
+        path.write_text(f"{deck}{filtered}.end\n")
+        assert adopt(path).store is None
+
+
 def test_starting_values_of_a_subcircuit_stay(tmp_path):
     """Its net 1 was taken for the net 1 of the piezo's own model."""
     chip = ".subckt ch a b\nC5 a 1 1u\nR5 1 b 1k\n.ic v(1)=2\n.ends\nX1 P 0 ch\n"

@@ -4,6 +4,8 @@ import pytest
 
 from harvester.errors import InputError
 from harvester.netlists.adoption import adopt
+from harvester.netlists.load_circuit import load_circuit
+from harvester.scene.load import Load
 
 DECK = """* a deck
 .param CP=41n
@@ -36,11 +38,46 @@ def adopted(folder, c="41n", step=""):
         ("{CP}", "41n"),
         ("c=41.259n", "41.259n"),
         ("5e-9 m=2", "10n"),
+        ("33n scale=2", "66n"),
+        ("{2*CP}", "82n"),
     ],
 )
 def test_the_capacitance_is_a_number_of_the_scene(tmp_path, written, value):
     """`M` is milli in SPICE and mega in a scene; the text of the deck was printed as it is."""
     assert adopted(tmp_path, written).capacitance == value
+
+
+PART = ".param CP=33n\n{call}\n.subckt PZ a b {head}\nI1 b a SIN(0 1m 61)\n{body}\n.ends"
+
+
+@pytest.mark.parametrize(
+    ("call", "head", "body", "value"),
+    [
+        ("XP p 0 PZ", "", "C1 a b {CP}", "33n"),
+        ("XP p 0 PZ", "CP=10n", "C1 a b {CP}", "10n"),
+        ("XP p 0 PZ CP=20n", "CP=10n", "C1 a b {CP}", "20n"),
+        ("XP p 0 PZ PARAMS: CP=20n", "PARAMS: CP=10n", "C1 a b {CP}", "20n"),
+        ("XP p 0 PZ CP={CP}", "CP=10n", "C1 a b {CP}", "33n"),
+        ("XP p 0 PZ", "CP=10n", ".param CP=44n\nC1 a b {CP}", "44n"),
+        ("XP p 0 PZ CP=20n", "", ".param CP=44n\nC1 a b {CP} m=3", "60n"),
+        ("XP p 0 PZ m=2", "", "C1 a b 33n", "66n"),
+    ],
+)
+def test_names_in_a_subcircuit_have_its_own_values(tmp_path, call, head, body, value):
+    """They had those of the deck's parameters."""
+    path = tmp_path / "part.cir"
+    part = PART.format(call=call, head=head, body=body)
+    path.write_text(f"t\n{part}\nD1 p out d\nRL out 0 1k\n.model d D\n.end\n")
+    assert adopt(path).capacitance == value
+
+
+@pytest.mark.parametrize("written", ["{CQ}", "{CP*f(2)}", "{CA}"])
+def test_a_capacitance_that_is_not_known_is_no_value_of_the_scene(tmp_path, written):
+    adoption = adopted(tmp_path, written, ".func f(x) {2*x}\n.param CA={CB} CB={CA}")
+    told = {one.code: one for one in adoption.diagnostics}
+    assert adoption.capacitance == ""
+    assert "deck_capacitance" not in told
+    assert str(told["deck_capacitance_open"]).endswith("[piezo] capacitance")
 
 
 @pytest.mark.parametrize(
@@ -64,6 +101,52 @@ def test_a_step_whose_value_ltspice_reads_otherwise_is_a_warning(tmp_path):
 def test_a_step_of_many_values_says_so(tmp_path):
     remarks = adopted(tmp_path, step=".step param RL 1k 1Meg 10k").diagnostics
     assert "deck_step_too_long" in {one.code for one in remarks}
+
+
+@pytest.mark.parametrize(
+    "step",
+    [
+        ".step NPN 2N2222(VAF) 50 100 25",
+        ".step lin D 1N4148(Is) list 1n 2n",
+        ".step temp -40 85 1",
+        ".step param CP 1n 1u 1n",
+    ],
+)
+def test_a_step_of_no_single_element_says_so(tmp_path, step):
+    """A model's name was a number, and too many values were the reason."""
+    told = {one.code for one in adopted(tmp_path, step=step).diagnostics}
+    assert "deck_step_left_out" in told
+    assert not told & {"digits_behind_suffix", "deck_step_too_long"}
+
+
+@pytest.mark.parametrize("card", [".param", ".param ; values", ".params\n+"])
+def test_a_card_without_parameters_is_one_line(tmp_path, card):
+    """It was an internal error."""
+    path = tmp_path / "board.cir"
+    path.write_text(f"t\nD1 P o DX\nRL o 0 1k\n.model DX D\n{card}\n.end\n")
+    with pytest.raises(InputError, match=r"line 5 must set parameters, as in \.param a=1"):
+        load_circuit(Load(netlist=str(path), terminals=("P", "0"), resistor="RL"))
+
+
+@pytest.mark.parametrize("card", [".ac dec 1 1 2", ".step param X 1 2 3", ".control\nrun\n.endc"])
+@pytest.mark.parametrize("bench", ["", "V1 p 0 1\n"])
+def test_a_card_of_a_netlist_without_a_bench_has_a_remedy_that_works(tmp_path, card, bench):
+    """The remedy was `harvester adopt`, which makes no board of subcircuits alone."""
+    path = tmp_path / "part.cir"
+    part = ".subckt mine a b\nD1 a o DX\nRload o b 1k\n.model DX D\n.ends\n"
+    path.write_text(f"t\n{part}{bench}{card}\n.end\n")
+    with pytest.raises(InputError) as error:
+        load_circuit(Load(netlist=str(path)))
+    assert ("harvester adopt" in str(error.value)) == bool(bench)
+    assert str(error.value).endswith(": leave out the line") == (not bench)
+
+
+def test_a_subcircuit_without_a_name_is_one_line(tmp_path):
+    """It was an internal error."""
+    path = tmp_path / "deck.cir"
+    path.write_text("t\n.subckt\n.ends\nI1 0 P SIN(0 1m 61)\nRL P 0 1k\n.end\n")
+    with pytest.raises(InputError, match=r"deck deck\.cir line 2 must name its subcircuit"):
+        adopt(path)
 
 
 def test_a_deck_without_elements(tmp_path):

@@ -8,6 +8,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "deck_no_drive": "no source is between {nets}, and nothing is left out there",
     "deck_capacitance": "left out: {text} ({line}), the piezo's own capacitance, which the scene "
     "has: [piezo] capacitance = {value} F",
+    "deck_capacitance_open": "left out: {text} ({line}), the piezo's own capacitance, which the "
+    "scene has as a number: [piezo] capacitance",
     "deck_motion": "left out: {text}, in series with the drive: the mass, spring and damper of the "
     "deck's own model, which the scene's [oscillator] replaces",
     "deck_meter": "left out: {text}, which measures a current of the deck's own model of the piezo",
