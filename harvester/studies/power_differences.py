@@ -4,15 +4,18 @@ With the power P at the factors 1 + d and 1 - d of a key's value,
 
     E(d) = (ln P(1 + d) - ln P(1 - d))/(ln(1 + d) - ln(1 - d)),   E = (4 E(d/2) - E(d))/3,
 
-which is Richardson's extrapolation, with the error |E(d/2) - E(d)|; d is halved until that is
-small.  All answers have the same noise, so that the sampling error is that of a difference.  A
-power law has the same E for any d.
+which is Richardson's extrapolation by the two differences that agree best.  d is halved at least
+once, and until the error is small.  The error is the largest difference between two successive E(d)
+and between two extrapolations: some agree by chance, by the noise in a table or on both flanks
+of a resonance that is narrower than d.  All answers have the same noise, so that the sampling
+error is that of a difference.  A power law has the same E for any d.
 """
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.protocol import Engine
@@ -21,10 +24,11 @@ from harvester.errors import HarvesterError, InputError, SimulationError
 from harvester.studies.tolerance.first_order import error_of_sum
 from harvester.uncertainty.value import Value
 
-CHANGE, LEAST = 0.05, 1e-3  # of a key, up and down: by less if it cannot be so large, and not below
-# of the change, until two differences agree to so much of the larger of E and 1
-HALVINGS = 2
-SMALL = 0.01
+CHANGE = 0.05  # of a key, up and down
+LEAST = 0.02  # part of CHANGE, below which a key is not varied
+HALVINGS = 2  # of the change at most, until the error is
+SMALL = 0.01  # of the larger of E and 1
+LARGE = 0.1  # as SMALL: an error that a warning names
 
 
 @dataclass
@@ -43,7 +47,7 @@ class PowerDifferences:
 def largest_change(problem: Problem, key: str, value: float, most: float = CHANGE) -> float:
     """The part of its value by which a key can be larger, at most ``most``; 0 if it cannot."""
     change = most
-    while change > LEAST:
+    while change > LEAST * most:
         try:
             problem.scene.vary(key, (1.0 + change) * value)
         except InputError:
@@ -53,21 +57,30 @@ def largest_change(problem: Problem, key: str, value: float, most: float = CHANG
     return 0.0
 
 
+def first_change(problem: Problem) -> float:
+    """The first change of a key: under a harmonic drive the damping ratio at most, a resonance's half-width."""
+    equations = problem.equations
+    if equations.drive is None or not equations.c1:
+        return CHANGE
+    return min(CHANGE, 0.5 * abs(equations.c1))
+
+
 def by_differences(
     problem: Problem,
     engine: Engine,
     values: Mapping[str, float],
     report: Callable[[float], None],
     deadline: float = math.inf,
-    most: float = CHANGE,
+    most: float | None = None,
 ) -> PowerDifferences:
     """The elasticities of an engine's power in the keys with these values, which are not 0.
 
-    ``most`` is the first change of a key, up and down, relative to its value.  A key that cannot be
-    larger is not varied.  Keys for which there is no time until ``deadline`` (s, of
+    ``most`` is the first change of a key, up and down, relative to its value; None: `first_change`.
+    A key that cannot be larger is not varied.  Keys for which there is no time until ``deadline`` (s, of
     `time.monotonic`) are left, and one without an answer has its error.
     """
     done = PowerDifferences()
+    most = first_change(problem) if most is None else most
     seconds = 0.0
     for k, (key, value) in enumerate(values.items()):
         begin = time.monotonic()
@@ -96,21 +109,19 @@ class _Differences:
         self.value = value
 
     def elasticity(self, change: float) -> Value:
-        """The elasticity of the two changes, one half of the other, that differ least.
+        """The elasticity at ever smaller changes, each one half of the one before, and its error.
 
-        Both become smaller, at most `HALVINGS` times, until their difference is small.  Raises the
-        error of an answer, and SimulationError for one without power.
+        They end if the error is small, after at most `HALVINGS`.  Raises the error of an answer,
+        and SimulationError for one without power.
         """
-        coarse, fine = self._at(change, 0.5 * change)
-        best = self._extrapolated(coarse, fine)
-        for _ in range(HALVINGS):
-            if (best.bias or 0.0) <= SMALL * max(abs(best.value), 1.0):
+        levels = self._at(change, 0.5 * change, 0.25 * change)
+        best = _extrapolated(levels)
+        for _ in range(HALVINGS - 1):
+            if is_within(SMALL, best):
                 break
-            coarse = fine
             change *= 0.5
-            (fine,) = self._at(0.5 * change)
-            other = self._extrapolated(coarse, fine)
-            best = min(best, other, key=lambda value: value.bias or 0.0)
+            levels += self._at(0.25 * change)
+            best = _extrapolated(levels)
         return best
 
     def _at(self, *changes: float) -> list[Value]:
@@ -124,12 +135,22 @@ class _Differences:
             for change, (more, less) in zip(changes, pairs, strict=True)
         ]
 
-    @staticmethod
-    def _extrapolated(coarse: Value, fine: Value) -> Value:
-        """Richardson's extrapolation, with the difference of both as its error."""
-        stderr = None if fine.stderr is None else 4.0 / 3.0 * fine.stderr
-        value = (4.0 * fine.value - coarse.value) / 3.0
-        return Value(value, stderr, abs(fine.value - coarse.value), unknown=fine.unknown)
+
+def is_within(part: float, elasticity: Value) -> bool:
+    """Whether the step error of an elasticity is at most this part of the larger of it and 1."""
+    return (elasticity.bias or 0.0) <= part * max(abs(elasticity.value), 1.0)
+
+
+def _extrapolated(levels: Sequence[Value]) -> Value:
+    """Richardson's extrapolation of three or more differences, each at half the change of the one before."""
+    pairs = list(pairwise(levels))
+    values = [(4.0 * fine.value - coarse.value) / 3.0 for coarse, fine in pairs]
+    gaps = [abs(fine.value - coarse.value) for coarse, fine in pairs]
+    best = min(range(len(values)), key=gaps.__getitem__)
+    bias = max(*gaps, max(values) - min(values))
+    fine = pairs[best][1]
+    stderr = None if fine.stderr is None else 4.0 / 3.0 * fine.stderr
+    return Value(values[best], stderr, bias, unknown=fine.unknown)
 
 
 def _difference(

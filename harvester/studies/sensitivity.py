@@ -25,11 +25,11 @@ from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
 from harvester.scene.keys import unit_of
-from harvester.studies.power_differences import PowerDifferences, by_differences
+from harvester.studies.power_differences import LARGE, PowerDifferences, by_differences, is_within
 from harvester.uncertainty.value import Value
 
 DEFAULT_WITHIN = 1e-6  # the relative error of E[V^2] that is aimed at
-BY_FORMULA = 0.01  # relative change of a key whose power is a formula
+BY_FORMULA = 1e-5  # first relative change of a key whose power is a formula, far within a resonance
 JUDGED = 0.5  # of a budget: for the power of a slow circuit with its error
 
 
@@ -217,6 +217,9 @@ def _of_differences(
     if done.failed:
         first = str(next(iter(done.failed.values())))
         remarks.append(warning("keys_failed", keys=", ".join(done.failed), first=first))
+    unsettled = [key for key, (_, value) in done.by_key.items() if not is_within(LARGE, value)]
+    if unsettled:
+        remarks.append(warning("keys_unsettled", keys=", ".join(unsettled), percent=100.0 * LARGE))
     return _result(problem, engine, power, done.by_key, begin, remarks)
 
 

@@ -61,6 +61,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "spread_not_followed": "the power changes so fast within the spread that {devices} devices predict that of others to "
     "{error!p} only: the power is that of more devices, but the values that the search found may not be the best; a "
     "narrower spread, or `tolerance` at other values, shows it",
+    "spread_without_answers": "the power is that of the few devices in the search, since more cannot be computed: {why}",
     "spread_unresolved": "the power of the devices is known to {error!p} only: give a `budget` of more than {budget!t}",
     "no_power": "the load receives no power",
     "no_power_anywhere": "the load receives no power anywhere in the range",

@@ -11,6 +11,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "averaged_is_exact": "averaged is exact for this scene",
     "elasticity_explained": "normalised sensitivity: change of the power in per cent for a change of the key by 1 %",
     "keys_left_out": "the `budget` of {budget!t} ended before these keys were varied, which need {further!t} more: {keys}",
+    "keys_unsettled": "differences of the power did not converge within {percent:g} % for these keys, whose errors are "
+    "large: {keys}",
     "keys_failed": "no sensitivity in {keys}: {first}",
     "prediction_beyond_budget": "the devices of `predict` needed {seconds!t}, which the `budget` does not "
     "include",

@@ -13,7 +13,7 @@ from harvester.engines.protocol import AnyScene
 from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
-from harvester.errors import InputError
+from harvester.errors import HarvesterError, InputError
 from harvester.machine.progress import PartOfProgress, Progress
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.table import Column, Table
@@ -237,20 +237,9 @@ def under_limits(
     robust = robust_of(request)
     best = Search.begin(request, progress).finish(folder)
     scene = request.scene.varied({key.range.key: key.value for key in best.keys})
-    outcome = robust.outcome(scene)[1]
-    warnings = []
-    if outcome.unresolved > CLOSE:
-        searched = outcome
-        left = max(request.budget - best.seconds, LEAST * request.budget)
-        outcome = robust.resolved(scene, left)
-        if searched.unresolved > FAR:
-            warnings.append(
-                warning("spread_not_followed", error=searched.unresolved, devices=searched.devices)
-            )
-        if outcome.unresolved > CLOSE:
-            warnings.append(
-                warning("spread_unresolved", error=outcome.unresolved, budget=request.budget)
-            )
+    searched = robust.outcome(scene)[1]
+    left = max(request.budget - best.seconds, LEAST * request.budget)
+    outcome, warnings = followed(robust, scene, searched, left, request.budget)
     peaks = {}
     if robust.lifetime is not None and robust.counted is not None and not robust.vary:
         peaks = limited_peaks(Problem(scene), robust.lifetime, robust.path_seed + 1, LONG * BLOCKS)
@@ -262,7 +251,7 @@ def under_limits(
         share=robust.share,
         limits=robust.limits,
         outcome=outcome,
-        binds=_binding(robust, best, scene, outcome),
+        binds=_binding(robust, best, scene, outcome, searched.objective),
         limited_peaks=peaks,
     )
     return dataclasses.replace(
@@ -270,10 +259,36 @@ def under_limits(
     )
 
 
+def followed(
+    robust: Robust, scene: Scene, searched: DesignOutcome, seconds: float, budget: float
+) -> tuple[DesignOutcome, list[Diagnostic]]:
+    """The outcome by devices one by one, if the polynomial of the ``searched`` one is off, and warnings.
+
+    ``seconds`` are those of the ``budget`` that are left.
+    """
+    if searched.unresolved <= CLOSE:
+        return searched, []
+    warnings = []
+    try:
+        outcome = robust.resolved(scene, seconds)
+    except HarvesterError as error:
+        outcome = searched
+        warnings.append(warning("spread_without_answers", why=str(error)))
+    if searched.unresolved > FAR:
+        numbers = {"error": searched.unresolved, "devices": searched.devices}
+        warnings.append(warning("spread_not_followed", **numbers))
+    if outcome.unresolved > CLOSE and outcome is not searched:
+        warnings.append(warning("spread_unresolved", error=outcome.unresolved, budget=budget))
+    return outcome, warnings
+
+
 def _binding(
-    robust: Robust, best: Optimum, scene: Scene, outcome: DesignOutcome
+    robust: Robust, best: Optimum, scene: Scene, outcome: DesignOutcome, power: float
 ) -> tuple[Limit, ...]:
-    """The limits with hardly anything to spare, or that a next value of a series with more power would break."""
+    """The limits with hardly anything to spare, or that a next value of a series with more power would break.
+
+    ``power`` is computed as that of the next values.
+    """
     binding = {
         k for k, limit in enumerate(robust.limits) if limit.margin(outcome.quantities[k]) <= BINDS
     }
@@ -282,7 +297,7 @@ def _binding(
         index = steps.index(key.value) if key.value in steps else 0
         for value in steps[max(index - 1, 0) : index + 2] if steps else ():
             beside = robust.outcome(scene.vary(key.range.key, value))[1]
-            if beside.objective > outcome.objective:
+            if beside.objective > power:
                 binding |= {
                     k
                     for k, limit in enumerate(robust.limits)

@@ -11,6 +11,7 @@ import harvester as hv
 from harvester.presentation.diagnostic import has
 from harvester.quantities import preferred_numbers as preferred
 from harvester.studies.optimum.robust import Robust
+from harvester.studies.optimum.under_limits import followed
 from harvester.studies.tolerance.spreads import spread
 from tests.support import systems
 from tests.support.paths import ROOT
@@ -91,6 +92,39 @@ def test_an_answer_across_a_narrow_resonance_is_not_left_wide():
     true = by_brute_force(narrow().with_load(best.keys[0].value), 0.05)
     assert abs(best.mean_power.value - true) < best.mean_power.known_error95 < 0.015 * true
     assert has(best.warnings, "spread_not_followed")
+
+
+@pytest.mark.slow
+def test_a_limit_far_from_its_bound_does_not_bind():
+    """The next values of a series are compared by the power of the search, not by that of more devices."""
+    best = hv.optimise(
+        narrow(),
+        vary="load.resistance=E24:10k:1M",
+        spread={"oscillator.mass": "10%"},
+        objective="5%",
+        constraints="voltage_rms < 6 V",
+        budget="4s",
+    )
+    (key,) = best.keys
+    robust = Robust(hv.Exact(), (("oscillator.mass", "10%"),), 0.05)
+    series = key.range.steps
+    index = series.index(key.value)
+    powers = [
+        robust.outcome(narrow().with_load(one))[1].objective
+        for one in series[index - 1 : index + 2]
+    ]
+    assert best.outcome.devices > 15
+    assert best.binds == () or max(powers) > powers[1]
+
+
+def test_devices_that_cannot_be_leave_the_search():
+    """A spread so wide that one of many devices has a negative mass: a warning, and the power of the search."""
+    robust = Robust(hv.Exact(), (("oscillator.mass", "normal:29%"),), 0.05)
+    searched = robust.outcome(narrow())[1]
+    outcome, warnings = followed(robust, narrow(), searched, seconds=120.0, budget=120.0)
+    assert outcome is searched
+    assert [one.code for one in warnings] == ["spread_without_answers", "spread_not_followed"]
+    assert "mass" in str(warnings[0])
 
 
 def test_limit_binds_where_it_should():
