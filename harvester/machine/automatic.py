@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from harvester.errors import invalid
 from harvester.machine.progress import ProgressCallback, working
 
 DELAY = 1.0  # s after which a bar is shown
@@ -22,13 +23,21 @@ def is_in_notebook() -> bool:
     return getattr(shell, "kernel", None) is not None
 
 
+def is_on_terminal() -> bool:
+    """Whether stderr is a terminal: False also if it is missing, closed or not a file."""
+    try:
+        return sys.stderr.isatty()
+    except (AttributeError, ValueError):
+        return False
+
+
 def shows_bars() -> bool:
     """Whether this is the main thread of a process on a terminal or in a notebook."""
     if threading.current_thread() is not threading.main_thread():
         return False
     if multiprocessing.current_process().name != "MainProcess":
         return False
-    return is_in_notebook() or (sys.stderr is not None and sys.stderr.isatty())
+    return is_in_notebook() or is_on_terminal()
 
 
 class AutomaticProgress:
@@ -43,15 +52,22 @@ class AutomaticProgress:
         self.what = ""
 
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
-        """Begin a study, or one more kind of rows of it."""
+        """Begin a study, or one more kind of rows of it; ``what`` without ``total`` is a line above the bar."""
         is_rows = total is not None
+        if what and not is_rows:
+            if self._bar is not None and len(self._begun) == 1:
+                self._bar.notice(what)
+            return
         if is_rows and self._begun and self._begun[-1]:
             if len(self._begun) == 1 and self._bar is not None:
                 self._bar.start(total, what, done)
             return
         self._begun.append(is_rows)
-        if len(self._begun) > 1 or not shows_bars():
-            return
+        if len(self._begun) == 1 and shows_bars():
+            self._open(total, what, done)
+
+    def _open(self, total: int | None, what: str, done: int) -> None:
+        """Show the bar of the outermost study, unless there are other bars."""
         from tqdm import tqdm  # loaded if a bar is shown
 
         from harvester.machine.bars import Bar, RowsBar
@@ -60,11 +76,11 @@ class AutomaticProgress:
             return
         disable = False if is_in_notebook() else None
         name = self.what or "harvester"
-        if is_rows:
+        if total is None:
+            self._bar = Bar(name, delay=DELAY, disable=disable)
+        else:
             self._bar = RowsBar(name, warms_up=True, delay=DELAY, disable=disable)
             self._bar.start(total, what, done)
-        else:
-            self._bar = Bar(name, delay=DELAY, disable=disable)
 
     def step(self, done: float = 1, what: str = "") -> None:
         """Show the fraction or the row that is done, of the outermost study."""
@@ -94,8 +110,12 @@ def reporting(
 ) -> Iterator[ProgressCallback | None]:
     """The callback to which work reports its fraction; None for nobody.
 
-    That is ``progress`` if it is one, nobody if it is False, and else a bar if `shows_bars`.
+    That is ``progress`` if it is one, nobody if it is False, and else a bar if `shows_bars`;
+    InputError for anything else.
     """
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        must = "be True, False or a function of the fraction that is done"
+        raise invalid("`progress`", must, progress)
     if callable(progress):
         yield progress
     elif progress is False or not shows_bars():

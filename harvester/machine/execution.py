@@ -35,8 +35,8 @@ class Execution:
         forms of its figures in addition to .png: "svg", "pdf".
     progress : Progress or bool, optional
         is reported how far the study is: an object with the methods ``start()``, ``step(fraction,
-        what)`` and ``close()``.  By default a bar on a terminal or in a notebook, if the study
-        lasts longer than a second; False: none.
+        what)`` and ``close()``.  By default (also None and True) a bar on a terminal or in a
+        notebook, if the study lasts longer than a second; False: none.
 
     Examples
     --------
@@ -48,7 +48,7 @@ class Execution:
     ------
     InputError
         for a number of workers that no machine has, workers next to an executor, another form of
-        figures, and options without an effect without ``out``.
+        figures, a progress without those methods, and options without an effect without ``out``.
     """
 
     workers: int | None = None
@@ -65,8 +65,7 @@ class Execution:
             raise InputError(
                 "`workers` must be left out if an `executor` is given, but both are given"
             )
-        if isinstance(self.progress, bool):
-            object.__setattr__(self, "progress", AUTOMATIC if self.progress else NO_PROGRESS)
+        object.__setattr__(self, "progress", _listener(self.progress))
         files.check_vector(self.formats, "formats")
         for name in ("resume", "formats"):
             if getattr(self, name) and self.out is None:
@@ -85,6 +84,16 @@ class Execution:
                 raise InputError(
                     f"the execution of {study} must have only {takes}, but has `{field.name}`"
                 )
+
+
+def _listener(progress: Any) -> Progress:
+    """The listener that a caller names; InputError for anything else."""
+    if progress is None or isinstance(progress, bool):
+        return NO_PROGRESS if progress is False else AUTOMATIC
+    if not all(callable(getattr(progress, name, None)) for name in ("start", "step", "close")):
+        must = "be True, False or an object with the methods start, step and close"
+        raise invalid("`progress` of an execution", must, progress)
+    return progress  # type: ignore[no-any-return]
 
 
 DEFAULT = Execution()

@@ -4,8 +4,10 @@ Each is a loky executor of one process, because an executor of several gives up 
 one process dies.
 """
 
+import io
 import multiprocessing.process
 import os
+import sys
 import threading
 import warnings
 from collections import deque
@@ -120,7 +122,7 @@ def submit_to_one(
     """Start ``function(*arguments)`` in an idle process that has not died meanwhile, else in a new one."""
     while True:
         process = idle.pop() if idle else new()
-        with _without_keyboard_interrupts():
+        with _without_keyboard_interrupts(), _streams_to_flush():
             try:
                 future = process.submit(function, *arguments)
                 _call_at_end()
@@ -232,6 +234,22 @@ def _without_keyboard_interrupts() -> Iterator[None]:
         finally:
             if daemon is not None:
                 settings["daemon"] = daemon
+
+
+@contextmanager
+def _streams_to_flush() -> Iterator[None]:
+    """Start processes also if stdout or stderr is missing, closed or cannot be flushed, as loky does."""
+    streams = {"stdout": sys.stdout, "stderr": sys.stderr}
+    for name, stream in streams.items():
+        try:
+            stream.flush()
+        except (AttributeError, ValueError, OSError):
+            setattr(sys, name, io.StringIO())
+    try:
+        yield
+    finally:
+        for name, stream in streams.items():
+            setattr(sys, name, stream)
 
 
 def _begin(parent: int, folder: str | None) -> None:

@@ -1,5 +1,6 @@
 """The bar of functions that are called from Python: on a terminal, if the work lasts, and nowhere else."""
 
+import io
 import os
 import pty
 import subprocess
@@ -105,3 +106,39 @@ def test_a_study_in_a_study_leaves_the_bar_alone(monkeypatch, capsys):
     progress.close()
     assert progress._bar is None
     assert "harvester:" in capsys.readouterr().err
+
+
+def test_a_sentence_within_a_study_is_a_line_above_its_bar(monkeypatch, capsys):
+    """It begins nothing: the bar goes on, ends with the study, and the next study has one."""
+    monkeypatch.setattr(automatic, "is_in_notebook", lambda: True)
+    monkeypatch.setattr(automatic, "DELAY", 0.0)
+    progress = AutomaticProgress()
+    progress.start()
+    progress.start(what="12 of 20 places fit")
+    progress.step(0.5, "bridge")
+    assert progress._bar.last[1] == 0.5
+    progress.close()
+    assert progress._bar is None
+    assert "harvester: 12 of 20 places fit" in capsys.readouterr().err
+    progress.start()
+    assert progress._bar is not None
+    progress.close()
+
+
+class OnlyWritten:
+    """A stream that can be written on, and nothing else."""
+
+    def write(self, text):
+        return len(text)
+
+
+CLOSED = io.StringIO()
+CLOSED.close()
+
+
+@pytest.mark.parametrize("stream", [None, OnlyWritten(), CLOSED])
+def test_a_stderr_that_is_no_terminal_shows_no_bar(monkeypatch, stream):
+    monkeypatch.setattr(sys, "stderr", stream)
+    assert not automatic.shows_bars()
+    with reporting(None, "run") as report:
+        assert report is None

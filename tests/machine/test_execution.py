@@ -5,7 +5,8 @@ import re
 import pytest
 
 import harvester as hv
-from harvester.machine.progress import CallingBack, PartOfProgress
+from harvester.machine.automatic import AUTOMATIC, reporting
+from harvester.machine.progress import NO_PROGRESS, CallingBack, PartOfProgress
 
 
 @pytest.mark.parametrize(
@@ -22,12 +23,31 @@ from harvester.machine.progress import CallingBack, PartOfProgress
         ),
         ({"formats": ["svg"]}, "`formats` must be used with `out`"),
         ({"formats": ["eps"], "out": "a"}, "`formats` must be svg or pdf, but is 'eps'"),
+        (
+            {"progress": 1},
+            "`progress` of an execution must be True, False or an object with the methods start, "
+            "step and close, but is 1",
+        ),
+        ({"progress": print}, "`progress` of an execution must be True, False or an object"),
         ({"worker": 2}, "unknown argument of Execution 'worker': did you mean 'workers'?"),
     ],
 )
 def test_what_would_do_nothing_is_refused(fields, line):
     with pytest.raises(hv.InputError, match=f"^{re.escape(line)}"):
         hv.Execution(**fields)
+
+
+@pytest.mark.parametrize(
+    ("given", "listener"), [(None, AUTOMATIC), (True, AUTOMATIC), (False, NO_PROGRESS)]
+)
+def test_a_progress_is_on_by_default(given, listener):
+    assert hv.Execution(progress=given).progress is listener
+
+
+def test_a_progress_of_one_run_is_a_function():
+    line = "`progress` must be True, False or a function of the fraction that is done, but is 'yes'"
+    with pytest.raises(hv.InputError, match=f"^{re.escape(line)}$"), reporting("yes", "run"):
+        pass
 
 
 def test_parts_of_a_progress():

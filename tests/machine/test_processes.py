@@ -46,6 +46,15 @@ def test_several_threads_start_processes_at_once():
     assert (done.stdout, done.stderr) == ("[0, 1, 2, 3, 4, 5] True\n", "")
 
 
+@pytest.mark.parametrize("stream", [None, object()])
+def test_a_process_starts_without_a_stderr_that_can_be_flushed(monkeypatch, stream):
+    monkeypatch.setattr(sys, "stderr", stream)
+    future, process = processes.submit_to_one(deque(), processes.create, abs, (-2,))
+    assert future.result(60) == 2
+    assert sys.stderr is stream
+    processes.kill(process)
+
+
 def test_a_process_that_the_system_refuses(monkeypatch):
     """With too few descriptors left loky has an error of its own, of a variable without a value."""
     process = processes.create()

@@ -30,6 +30,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
 from harvester.machine import folders
+from harvester.machine.automatic import is_on_terminal
 from harvester.mechanics.kernels import absent_effects, part_libraries, vector_width
 from harvester.mechanics.kernels.kernel_cache import FilesOfThisPackage, KeptFiles
 
@@ -158,7 +159,7 @@ def compilation() -> Iterator[Compilation]:
 
 
 def _print_notice() -> None:
-    if sys.stderr.isatty():
+    if is_on_terminal():
         print(
             "compiling the kernel for this scene's effects: some seconds, once; it is cached",
             file=sys.stderr,
