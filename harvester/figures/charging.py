@@ -88,11 +88,7 @@ def _draw_power(axes: Any, answer: ChargingResult, factor: float, label: str) ->
             middles.append(0.5 * (below + level.voltage) / factor)
             powers.append(level.power)
         below = level.voltage
-    watt = scale(
-        "charging power",
-        answer.unit_names.power,
-        [power.value for power in powers],
-    )
+    watt = scale("charging power", answer.unit_names.power, [power.value for power in powers])
     heights, errors = (
         [getattr(power, name) / watt.factor for power in powers]
         for name in ("value", "known_error95")
