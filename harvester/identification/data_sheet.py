@@ -15,10 +15,9 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import InputError, reading, unknown
 from harvester.identification import quantities
-from harvester.identification.fit import Channel, DeviceFit, by_name, logs
+from harvester.identification.fit import Channel
 from harvester.identification.measurement import StatedNumber
 from harvester.linear.single_points import LOADED, OPEN, DataSheetPoint, LinearDevice, read_point
-from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.quantities.kinds import CAPACITANCE, FREQUENCY, QUALITY
 from harvester.studies.prediction import priors
 from harvester.studies.prediction.evidence import METER, MODEL_SHARE, RESONANCE
@@ -29,13 +28,8 @@ NAMES = (*KINDS, OPEN, LOADED)
 SPREAD = {"capacitance": "capacitance", "q": "damping"}
 PRIOR = "prior of the damping"
 WIDE = 3.0  # half-width of the logarithm of a number that neither points nor priors determine
-FAR = 3.0  # standard deviations from which a point is doubted
-IMPOSSIBLE = 5.0  # and from which no device has it
 USUAL_PSI = 1e4  # V/m
 BETAS = (1e-4, 1e-3, 0.01, 0.05, 0.2, 0.8)  # to begin from
-MOST_COUPLED = 10.0  # theta^2/(K Cp)
-AS_GOOD = 4.0  # a sum of squares so much above the least is a second answer
-ANOTHER = 0.2  # between the logarithms of the couplings of two answers
 
 
 @dataclass(frozen=True)
@@ -110,7 +104,7 @@ def fitted_names(
         mass = "" if "mass" in known else "give the mass in `known`, or "
         raise InputError(
             f"points must determine the {' and '.join(WORDS[name] for name in sought)}, but with "
-            f"{_given(sheet.names)} they do not: {mass}add one of `frequency` with "
+            f"{written(sheet.names)} they do not: {mass}add one of `frequency` with "
             f"`{RESONANCE}`, `{OPEN}`, `{LOADED}`"
         )
     names = dict.fromkeys([*of_files, "frequency", "quality", "capacitance", *sought])
@@ -146,7 +140,7 @@ def _refuse_missing(sheet: DataSheet, others: set[str]) -> None:
 WORDS = {"beta": "coupling", "psi": "mass"}
 
 
-def _given(names: frozenset[str]) -> str:
+def written(names: frozenset[str]) -> str:
     """The points by their names."""
     return ", ".join(f"`{name}`" for name in NAMES if name in names)
 
@@ -170,7 +164,12 @@ def _channel(number: StatedNumber, point: DataSheetPoint | None) -> Channel:
     """A channel of one point."""
 
     def model(values: dict[str, float], _: Floats) -> Floats:
-        return np.array([math.log(max(_of(number.name, point, values), 1e-300))])
+        try:
+            with np.errstate(all="ignore"):
+                value = _of(number.name, point, values)
+        except (OverflowError, ZeroDivisionError):  # far from any device: as bad as no number
+            value = math.nan
+        return np.array([math.log(max(value, 1e-300))])
 
     return Channel(
         source=number,
@@ -244,51 +243,3 @@ def _psi(sheet: DataSheet, values: dict[str, float]) -> float:
         return USUAL_PSI
     ratio = point.value / point.of(linear_device(values))
     return ratio if point.name == OPEN else math.sqrt(ratio)
-
-
-def remarks(
-    sheet: DataSheet, best: DeviceFit, begins: Sequence[dict[str, float]], of_files: Sequence[str]
-) -> list[Diagnostic]:
-    """The prior that was used, points that are far off, and another coupling with the same points.
-
-    Raises InputError for a point that no device has.
-    """
-    notes = []
-    if has_prior(sheet, of_files, best.fixed):
-        prior = sheet.prior
-        notes.append(note("damping_has_a_prior", quality=prior.value, spread=prior.sigma))
-    values = best.values()
-    for channel in best.channels:
-        if channel.given_noise is None:
-            continue
-        name = channel.source.name
-        off = abs(float(channel.residuals(values, np.ones(1))[0])) / channel.given_noise
-        if off > IMPOSSIBLE:
-            about = name if name in NAMES else "points"
-            raise InputError(
-                f"`{about}` must be possible for one linear device with all these numbers, but the "
-                f"nearest one misses the {name.replace('_', ' ')} by {off:.2g} standard "
-                "deviations: check peak or RMS, and the acceleration"
-            )
-        if off > FAR:
-            notes.append(warning("point_is_far_off", point=name, deviations=off))
-    if not of_files and (other := _other_coupling(best, begins)) is not None:
-        notes.append(warning("points_have_two_answers", value=other, unit="N/V"))
-    return notes
-
-
-def _other_coupling(best: DeviceFit, begins: Sequence[dict[str, float]]) -> float | None:
-    """The coupling (N/V) of a second minimum that is nearly as good; None if there is none."""
-    from scipy.optimize import least_squares
-
-    least = float(np.sum(best.weighted(best.p) ** 2))
-    first = math.log(quantities.coupling(best.values()))
-    for begin in begins:
-        end = least_squares(best.weighted, logs(best.names, begin), x_scale="jac", max_nfev=60)
-        values = by_name(best.names, end.x, best.fixed)
-        if 2.0 * end.cost > least + AS_GOOD or values["beta"] > MOST_COUPLED:
-            continue
-        coupling = quantities.coupling(values)
-        if abs(math.log(coupling) - first) > ANOTHER:
-            return coupling
-    return None

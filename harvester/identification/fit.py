@@ -8,9 +8,11 @@ squares (SciPy).
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 
@@ -31,6 +33,8 @@ from harvester.identification.models import Device, base_response, decay, impeda
 WEAK = 30.0
 # parameters that may be 0 or below; all others are in logs
 LINEAR = ("loss", "restitution", "gap", "x0", "v0", "zero")
+RANGES = {"restitution": (0.0, 1.0)}
+Limits: TypeAlias = Mapping[str, tuple[float, float]]
 DEVICE = tuple(field.name for field in dataclasses.fields(Device))
 
 
@@ -109,6 +113,17 @@ def by_name(names: Sequence[str], p: Floats, fixed: dict[str, float]) -> dict[st
 def logs(names: Sequence[str], values: dict[str, float]) -> Floats:
     """The numbers that are fitted, from the parameters by name."""
     return np.array([values[name] if name in LINEAR else math.log(values[name]) for name in names])
+
+
+def bounds(names: Sequence[str], limits: Limits) -> tuple[Floats, Floats]:
+    """The lower and the upper ends of the numbers that are fitted, from the ``limits`` of parameters by name."""
+    free = -np.inf, np.inf
+    ends = {
+        name: (low, high) if name in LINEAR else (math.log(low), math.log(high))
+        for name, (low, high) in limits.items()
+    }
+    lower, upper = np.array([ends.get(name, free) for name in names]).T
+    return lower, upper
 
 
 def device(values: dict[str, float]) -> Device:
@@ -194,10 +209,12 @@ def fit(
     fixed: dict[str, float],
     several: tuple[Channel, ...],
     few: tuple[Channel, ...],
+    limits: Limits = MappingProxyType({}),
 ) -> DeviceFit:
     """The best fit from several starts; each channel's noise and outliers come out of it.
 
-    ``few`` are the channels of thinned measurements, by which the starts are judged.
+    ``few`` are the channels of thinned measurements, by which the starts are judged; parameters
+    with ``limits`` stay between them.
 
     Raises InputError if there are fewer points than the parameters need.
     """
@@ -210,7 +227,7 @@ def fit(
         )
     kept: list[Floats] = [np.ones(len(c.x)) for c in several]
     noise = [_first_noise(c) for c in several]
-    best = _best_start(names, starts, fixed, few, noise)
+    best = _best_start(names, starts, fixed, few, noise, bounds(names, limits))
     origin = best.copy()
 
     def residuals(p: Floats) -> Floats:
@@ -219,8 +236,7 @@ def fit(
         )
         return np.append(_weighted(by_name(names, p, fixed), several, kept, noise), ridge)
 
-    lower = np.array([{"restitution": 0.0}.get(n, -np.inf) for n in names])
-    upper = np.array([{"restitution": 1.0}.get(n, np.inf) for n in names])
+    lower, upper = bounds(names, {**RANGES, **limits})
     best = np.clip(best, lower + 1e-9, upper - 1e-9)
     for loss in ("soft_l1", "soft_l1", "soft_l1", "linear", "linear"):
         close = 1e-6 if loss == "soft_l1" else 1e-12
@@ -279,8 +295,9 @@ def _best_start(
     fixed: dict[str, float],
     several: tuple[Channel, ...],
     noise: Sequence[float],
+    ends: tuple[Floats, Floats],
 ) -> Floats:
-    """The end of the best of a few short fits from the best starts."""
+    """The end of the best of a few short fits from the best starts, between ``ends``."""
     from scipy.optimize import least_squares
 
     kept = [np.ones(len(c.x)) for c in several]
@@ -288,22 +305,23 @@ def _best_start(
     def cost(values: dict[str, float]) -> float:
         return float(np.sum(np.log1p(_weighted({**values, **fixed}, several, kept, noise) ** 2)))
 
-    ends = []
+    lower, upper = ends
+    minima = []
     for begin in sorted(starts, key=cost)[:4]:
-        p = logs(names, begin)
+        p = np.clip(logs(names, begin), lower + 1e-9, upper - 1e-9)
         try:
             end = least_squares(
                 lambda p: _weighted(by_name(names, p, fixed), several, kept, noise), p, loss="soft_l1", max_nfev=25,
-                x_scale="jac",
+                x_scale="jac", bounds=ends,
             )  # fmt: skip
         except ValueError:
             continue
-        ends.append((float(end.cost), end.x))
-    if not ends:
+        minima.append((float(end.cost), end.x))
+    if not minima:
         raise InputError(
             "FILE must hold a resonance or a ring-down, but no fit of its numbers could begin"
         )
-    return np.asarray(min(ends, key=lambda e: e[0])[1])
+    return np.asarray(min(minima, key=lambda e: e[0])[1])
 
 
 def _spread(values: Floats) -> float:

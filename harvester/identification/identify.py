@@ -11,13 +11,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from harvester.errors import InputError, invalid, names_arguments, unknown
-from harvester.identification import bounce, data_sheet, quantities
+from harvester.identification import bounce, data_sheet, quantities, sheet_answers
 from harvester.identification.data_sheet import WIDE, DataSheet, read_sheet
 from harvester.identification.doubts import misfits, residual_rms
 from harvester.identification.fit import DeviceFit, channels, fit
 from harvester.identification.identification_result import IdentificationResult, Parameter
 from harvester.identification.measurement import SHORT, Decay, Impedance, Measurement, thinned
-from harvester.identification.profile_intervals import ProfileInterval, Profiles
+from harvester.identification.profile_intervals import ProfileInterval, Profiles, hull
 from harvester.identification.read import read_files
 from harvester.identification.start import chosen, meets, second_starts, starts
 from harvester.presentation.diagnostic import Diagnostic, note
@@ -120,7 +120,7 @@ def identified(
     measurements = [_from_first_flight(data) for data in measurements]
     met = [data for data in measurements if isinstance(data, Decay) and data.of == "displacement"]
     bouncing = any(bounce.meets_stop(data.t, data.y) for data in met)
-    best, about = _with_sheet(sheet, measurements, known, bouncing)
+    best, rivals, about = _with_sheet(sheet, measurements, known, bouncing)
     remarks += about
     if bouncing:
         remarks.append(note("ring_down_meets_a_stop"))
@@ -135,7 +135,13 @@ def identified(
     if any(isinstance(data, Impedance) and not data.phase_known for data in measurements):
         remarks.append(note("magnitude_alone"))
     return _answer(
-        best, measurements, known, remarks, alone, NOT_DETERMINED if sheet is None else WIDE
+        best=best,
+        rivals=rivals,
+        measurements=measurements,
+        known=known,
+        remarks=remarks,
+        alone=alone,
+        widest=NOT_DETERMINED if sheet is None else WIDE,
     )
 
 
@@ -193,10 +199,10 @@ def _with_sheet(
     measurements: list[Measurement],
     known: dict[str, float],
     bouncing: bool,
-) -> tuple[DeviceFit, list[Diagnostic]]:
-    """The fit of files and data sheet together, and the remarks on the latter."""
+) -> tuple[DeviceFit, list[DeviceFit], list[Diagnostic]]:
+    """The fit of files and data sheet together, others that are nearly as good, and the remarks on the latter."""
     if sheet is None:
-        return _fit(measurements, known, bouncing), []
+        return _fit(measurements, known, bouncing), [], []
     of_files = chosen(measurements, known, bouncing) if measurements else ()
     names = data_sheet.fitted_names(sheet, of_files, known)
     begins = list[dict[str, float]]()
@@ -209,8 +215,10 @@ def _with_sheet(
     stated = data_sheet.channels(sheet, of_files, known)
     few = channels([thinned(data, 50) for data in measurements], bouncing)
     whole = channels(measurements, bouncing)
-    best = fit(names, begins, known, (*whole, *stated), (*few, *stated))
-    return best, data_sheet.remarks(sheet, best, begins, of_files)
+    limits = sheet_answers.limits(of_files)
+    best = fit(names, begins, known, (*whole, *stated), (*few, *stated), limits)
+    rivals = [] if "beta" in of_files else sheet_answers.rivals(best, begins)
+    return best, rivals, sheet_answers.remarks(sheet, best, rivals, of_files)
 
 
 def _second_resonance(
@@ -240,6 +248,7 @@ def _second_resonance(
 
 def _answer(
     best: DeviceFit,
+    rivals: Sequence[DeviceFit],
     measurements: Sequence[Measurement],
     known: dict[str, float],
     remarks: list[Diagnostic],
@@ -247,9 +256,10 @@ def _answer(
     widest: float,
 ) -> IdentificationResult:
     profiles = Profiles(best)
+    several = [profiles, *map(Profiles, rivals)]
     parameters, missing = [], []
     for quantity in quantities.answered(set(best.names) | set(known)):
-        interval = profiles.interval(quantity.of, quantity.above_0)
+        interval = hull([profile.interval(quantity.of, quantity.above_0) for profile in several])
         if why := _why_open(quantity, interval, best, widest):
             missing.append((quantity.key, why))
         else:

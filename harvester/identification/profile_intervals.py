@@ -10,8 +10,8 @@ with the Jacobian of the best fit.
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,13 @@ class ProfileInterval:
     low: float
     high: float
     error: float
+
+
+def hull(intervals: Sequence[ProfileInterval]) -> ProfileInterval:
+    """The first value, from the lowest to the highest end of all intervals."""
+    low = min(interval.low for interval in intervals)
+    high = max(interval.high for interval in intervals)
+    return replace(intervals[0], low=low, high=high)
 
 
 class Profiles:
@@ -63,7 +70,10 @@ class Profiles:
         """The interval of a quantity of the parameters; ``above_0``: it is searched in the logarithm."""
 
         def g(p: Floats) -> float:
-            value = quantity(self.fit.values(p))
+            try:
+                value = quantity(self.fit.values(p))
+            except (OverflowError, ZeroDivisionError):  # far from any device
+                value = math.inf
             return math.log(max(value, 1e-300)) if above_0 else value
 
         p = self.fit.p

@@ -124,6 +124,41 @@ def test_a_power_alone_has_two_couplings():
     assert said.code == "points_have_two_answers"
 
 
+def test_a_power_next_to_a_ring_down_has_two_couplings():
+    """A file with the resonance alone leaves the coupling to the power: the interval holds both answers."""
+    file = "examples/bench_bounce.csv"
+    points = {"capacitance": "41 nF", "power_at_load": "0.6 mW at 200 kohm and 0.25 g"}
+    found = hv.identify(file, known={"mass": "16 g"}, points=points)
+    [said] = [entry for entry in found.warnings if entry.code == "points_have_two_answers"]
+    one = found["piezo.coupling"]
+    other = said.numbers["value"]
+    assert {round(1e3 * one.value, 2), round(1e3 * other, 2)} == {1.73, 5.81}
+    assert one.low < 0.9 * min(one.value, other) < 1.1 * max(one.value, other) < one.high
+    # Either coupling has the power, on its own.
+    for theta in (one.value, other):
+        short = 2.0 * math.pi * found["short_circuit_frequency"].value
+        quality = found["quality_factor"].value
+        device = LinearDevice(0.016, short, quality, found["piezo.capacitance"].value, theta)
+        assert device.power(2e5, 0.25 * G) == pytest.approx(0.6e-3, rel=0.01)
+
+
+def test_intervals_hold_the_truth_where_two_couplings_have_the_power():
+    """The devices are of a class; 95 % of the intervals hold the coupling within four standard errors."""
+    rng = np.random.default_rng(11)
+    held = []
+    while len(held) < 16:
+        truth = of_class(rng)
+        points = written(rng, truth)
+        for name in ("open_circuit_voltage", "open_circuit_frequency", "q"):
+            del points[name]
+        found = hv.identify(known={"mass": truth.mass}, points=points)
+        two = "points_have_two_answers" in {entry.code for entry in found.warnings}
+        if two and "piezo.coupling" not in dict(found.missing):
+            one = found["piezo.coupling"]
+            held.append(one.low < truth.theta < one.high)
+    assert np.mean(held) > 0.95 - 4.0 * math.sqrt(0.95 * 0.05 / 16)
+
+
 SHEET = {"frequency": "60 Hz", "capacitance": "30 nF", "open_circuit_voltage": "15 V at 0.25 g"}
 
 
@@ -135,6 +170,12 @@ SHEET = {"frequency": "60 Hz", "capacitance": "30 nF", "open_circuit_voltage": "
         ({"mass": "4 g"}, {"frequency": None}, "`frequency` or `open_circuit_frequency` must be"),
         ({"mass": "4 g"}, {"open_circuit_voltage": "15 V"}, "VOLTAGE at ACCELERATION"),
         ({"mass": "4 g"}, {"open_circuit_voltage": "9 kV at 0.1 g"}, "possible for one linear device"),
+        ({"mass": "4 g"}, {"open_circuit_voltage": "500 V at 0.25 g"}, "largest coupling.*, 10: check"),
+        ({"mass": "4 g"}, {"open_circuit_voltage": "500 V at 0.25 g", "frequency": None,
+          "open_circuit_frequency": "60 Hz"}, "one linear device, but"),
+        ({}, {"power_at_load": "486 uW at 100 kohm and 0.25 g", "open_circuit_voltage":
+          "12.8 V at 0.25 g", "frequency": "30.31 Hz", "capacitance": "52.8 nF"},
+         "must determine the coupling .*give the mass"),
         ({"mass": "4 g"}, {"open_circuit_frequency": "59 Hz"}, "must be above `frequency`"),
         ({"mass": "4 g"}, {"q": "-3"}, "`q` must be a quality factor"),
         ({"mass": "4 g"}, {"frequenci": "3 Hz"}, "did you mean 'frequency'"),
@@ -146,6 +187,16 @@ def test_numbers_that_cannot_be(known, changed, said):
     points = {name: text for name, text in (SHEET | changed).items() if text is not None}
     with pytest.raises(hv.InputError, match=said):
         hv.identify(known=known, points=points)
+
+
+@pytest.mark.filterwarnings("error")
+def test_no_coupling_overflows():
+    """The search for an interval leaves the range of any device, without a traceback or a warning of NumPy."""
+    points = {"open_circuit_frequency": "60 Hz", "capacitance": "30 nF"}
+    points["power_at_load"] = "1 mW at 100 kohm and 0.25 g"
+    found = hv.identify(known={"mass": "4 g"}, points=points)
+    assert "piezo.coupling" in dict(found.missing)
+    assert all(0.0 < one.low <= one.value <= one.high < math.inf for one in found.parameters)
 
 
 def test_a_class_that_is_not_known():

@@ -159,7 +159,7 @@ def predict(
         samples=len(spread.power),
         physical=True,
         seconds=time.perf_counter() - begin,
-        diagnostics=_remarks(priors, problem, spread),
+        diagnostics=_remarks(devices, problem, spread),
     )
 
 
@@ -356,11 +356,10 @@ def _after_impedance(devices: Devices, device_class: str) -> float | None:
     return devices.width_after(better) if better else None
 
 
-def _remarks(
-    priors: tuple[Prior, ...], problem: Problem, spread: ToleranceResult
-) -> tuple[Diagnostic, ...]:
+def _remarks(devices: Devices, problem: Problem, spread: ToleranceResult) -> tuple[Diagnostic, ...]:
     """The notes on the priors, and the warnings of the study."""
-    model = model_error(problem)
+    priors = devices.priors
+    model = devices.model
     remarks = [note("predicted_from_priors", model=100.0 * model.sigma)]
     if model.factor != 1.0:
         remarks.append(note("predicted_stop", percent=100.0 * model.factor))

@@ -9,7 +9,9 @@ import pytest
 from click.testing import CliRunner
 
 import harvester as hv
+from harvester.answers.estimate import DISPLACEMENT
 from harvester.cli import cli
+from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.studies.prediction import predict as predictions
 from harvester.studies.prediction import priors
@@ -173,6 +175,44 @@ def test_a_device_with_a_stop_gives_less_than_computed():
     assert math.log(result.power.ratio) == pytest.approx(2.0 * 1.96 * 0.45, rel=0.05)
     assert "predicted_stop" in {entry.code for entry in result.diagnostics}
     assert hv.predict(weak(), samples=64).model_factor == 1.0
+
+
+NOISE = hv.Excitation(acceleration_psd="1e-5 g^2/Hz")
+DRIVE = hv.Excitation(acceleration_amplitude="0.05 g", frequency="50 Hz")
+
+
+@pytest.mark.parametrize("shaking", [NOISE, DRIVE])
+@pytest.mark.parametrize("opposite", [False, True])
+def test_a_stop_that_is_not_reached_changes_no_model_error(shaking, opposite):
+    """The model error is that of a linear device if the stop is 6 RMS displacements away, else that of a stop."""
+    free = weak().replace(excitation=shaking)
+    rms = hv.run(free).details[DISPLACEMENT]
+
+    def at(gap):
+        both = {"stop": hv.Stop(restitution=0.8, gap=gap)}
+        if opposite:
+            both = {
+                "stop": hv.Stop(restitution=0.8, gap=1.0),
+                "opposite_stop": hv.OppositeStop(restitution=0.8, gap=gap),
+            }
+        return priors.model_error(Problem(free.replace(**both)))
+
+    model = priors.data()["model"]
+    assert at(6.01 * rms) == at(1.0) == priors.model_error(Problem(free))
+    assert at(5.99 * rms) == at(1e-9) == priors.ModelError(model["stop_factor"], model["stop"])
+
+
+def test_a_pressed_stop_and_a_spring_keep_their_model_errors():
+    model = priors.data()["model"]
+    pressed = weak().replace(stop=hv.Stop(restitution=0.8, gap="-0.1 mm"))
+    assert priors.model_error(Problem(pressed)).factor == model["stop_factor"]
+    bent = weak().replace(
+        oscillator=hv.Oscillator(
+            mass=0.01, frequency=50.0, damping_ratio=0.02, cubic_stiffness=1e9
+        ),
+        stop=hv.Stop(restitution=0.8, gap=1.0),
+    )
+    assert priors.model_error(Problem(bent)) == priors.ModelError(1.0, model["nonlinear"])
 
 
 def test_keys_in_other_forms_are_the_same_device():
