@@ -281,3 +281,22 @@ def test_what_only_a_scene_or_a_netlist_of_a_piezo_has(tmp_path):
     with pytest.raises(InputError, match="`step` must belong to a model of `cosimulate`"):
         hv.export(EXAMPLES / "plate.toml", tmp_path / "plate.fmu", step="1 ms")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_load_of_a_netlist_has_its_own_first_voltage(tmp_path):
+    """A bridge with 1 Mohm at 3 V behind a piezo of 2 V, at 0 s and in the first step: 3 uA and 9 uW."""
+    path = exported(
+        tmp_path, Swing(), port=PIEZO, start=Place(0.0, 0.0), step="1 ms", load="bridge"
+    )
+    first, soon = fmu.run(
+        path,
+        """
+one = begun(opened(), initial__voltage=2.0, initial__store_voltage=3.0)
+names = "load_current", "power", "voltage", "store_voltage"
+first = shown(one, *names)
+one.doStep(0.0, 1e-5)
+print(json.dumps([first, shown(one, *names)]))
+""",
+    )
+    assert first == pytest.approx([3e-6, 9e-6, 2.0, 3.0], rel=1e-9)
+    assert soon == pytest.approx(first, rel=1e-3)
