@@ -224,6 +224,14 @@ class Arrays(Swing):
         return Place(s.x, s.v + all_of.sum())
 
 
+LARGE = np.linspace(0.9, 1.1, 130_000)
+
+
+class Large(Swing):
+    def kick(self, s, h, reaction, noise):
+        return Place(s.x, s.v - h * LARGE[int(1e6 * abs(s.x)) % 130_000] * s.x)
+
+
 class Plain:
     def drift(self, state, h):
         return state
@@ -259,6 +267,12 @@ def test_a_model_is_refused_in_one_line(tmp_path, model, options, words):
         hv.export(model, tmp_path / "model.fmu", **options)
     assert "\n" not in str(caught.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_large_array_is_refused(tmp_path):
+    """Above 1 MB numba reads it at its address in the exporting process, and an importer crashed."""
+    with pytest.raises(CannotServeError, match="arrays of at most 1 MB"):
+        hv.export(Large(), tmp_path / "model.fmu", **GIVEN)
 
 
 def test_python_that_numba_does_not_compile_is_refused_with_its_line(tmp_path):
