@@ -205,6 +205,31 @@ print(json.dumps(found))
     assert abs(z) < 4.0, (found.mean(), expected, z)
 
 
+STIFFNESS = 16.0
+
+
+def pull(x):
+    return STIFFNESS * x
+
+
+class OnGlobals(Swing):
+    def kick(self, s, h, reaction, noise):
+        return Place(s.x, s.v - h * pull(s.x) / self.m)
+
+
+def test_a_changed_global_is_compiled_again(tmp_path, monkeypatch):
+    """Four times the stiffness, in a function that `kick` calls, is four times the speed of a first step."""
+    speeds = []
+    for number in (16.0, 64.0):
+        monkeypatch.setitem(globals(), "STIFFNESS", number)
+        path = exported(
+            tmp_path, OnGlobals(), port=PIEZO, start=Place(1e-3, 0.0), step="1 ms", load=None
+        )
+        code = 'one = begun(opened())\none.doStep(0.0, h)\nprint(json.dumps(shown(one, "state.v")))'
+        speeds += fmu.run(path, code)
+    assert speeds == pytest.approx([-4e-4, -16e-4], rel=2e-3)
+
+
 class Raising(Swing):
     def kick(self, s, h, reaction, noise):
         if s.x > 1.0:
@@ -222,6 +247,14 @@ class Arrays(Swing):
         all_of = np.zeros(3)
         all_of[int(s.x)] = 1.0
         return Place(s.x, s.v + all_of.sum())
+
+
+LARGE = np.linspace(0.9, 1.1, 130_000)
+
+
+class Large(Swing):
+    def kick(self, s, h, reaction, noise):
+        return Place(s.x, s.v - h * LARGE[int(1e6 * abs(s.x)) % 130_000] * s.x)
 
 
 class Plain:
@@ -261,6 +294,12 @@ def test_a_model_is_refused_in_one_line(tmp_path, model, options, words):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_large_array_is_refused(tmp_path):
+    """Above 1 MB numba reads it at its address in the exporting process, and an importer crashed."""
+    with pytest.raises(CannotServeError, match="arrays of at most 1 MB"):
+        hv.export(Large(), tmp_path / "model.fmu", **GIVEN)
+
+
 def test_python_that_numba_does_not_compile_is_refused_with_its_line(tmp_path):
     """`cosimulate` names the same line; sets and sorted mixtures have no machine code."""
     with pytest.raises(
@@ -281,3 +320,22 @@ def test_what_only_a_scene_or_a_netlist_of_a_piezo_has(tmp_path):
     with pytest.raises(InputError, match="`step` must belong to a model of `cosimulate`"):
         hv.export(EXAMPLES / "plate.toml", tmp_path / "plate.fmu", step="1 ms")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_load_of_a_netlist_has_its_own_first_voltage(tmp_path):
+    """A bridge with 1 Mohm at 3 V behind a piezo of 2 V, at 0 s and in the first step: 3 uA and 9 uW."""
+    path = exported(
+        tmp_path, Swing(), port=PIEZO, start=Place(0.0, 0.0), step="1 ms", load="bridge"
+    )
+    first, soon = fmu.run(
+        path,
+        """
+one = begun(opened(), initial__voltage=2.0, initial__store_voltage=3.0)
+names = "load_current", "power", "voltage", "store_voltage"
+first = shown(one, *names)
+one.doStep(0.0, 1e-5)
+print(json.dumps([first, shown(one, *names)]))
+""",
+    )
+    assert first == pytest.approx([3e-6, 9e-6, 2.0, 3.0], rel=1e-9)
+    assert soon == pytest.approx(first, rel=1e-3)

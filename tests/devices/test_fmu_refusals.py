@@ -3,6 +3,7 @@
 import pytest
 
 import harvester as hv
+from harvester.errors import CannotServeError
 from tests.support import fmu
 from tests.support.paths import EXAMPLES
 
@@ -179,6 +180,20 @@ print(json.dumps([first, again, *energies]))
     assert again == first
     assert taken > 1e-6
     assert stored + lost + out == pytest.approx(taken, rel=1e-3)
+
+
+def test_a_record_whose_address_would_be_in_the_part_is_refused(tmp_path):
+    """Above 1 MB numba reads the record in the exporting process, and an importer crashed."""
+    (tmp_path / "long.csv").write_text(
+        "time (s),acceleration (m/s^2)\n"
+        + "".join(f"{0.02 * k:.2f},{(-1) ** (k // 7)}\n" for k in range(10_750))
+    )
+    text = (EXAMPLES / "plate_recorded.toml").read_text().replace("shake.csv", "long.csv")
+    (tmp_path / "long.toml").write_text(text)
+    with pytest.raises(CannotServeError, match="a record of at most 125000 steps") as caught:
+        hv.export(tmp_path / "long.toml", tmp_path / "long.fmu")
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "long.fmu").exists()
 
 
 def test_nothing_is_left_of_an_export_that_fails(tmp_path):

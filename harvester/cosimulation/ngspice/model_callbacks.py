@@ -3,7 +3,7 @@
 import ctypes
 import math
 import types as python_types
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -17,7 +17,7 @@ from harvester.cosimulation.lockstep import any_mechanics
 from harvester.cosimulation.lockstep.any_mechanics import Functions, ModelRecord
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import STATE, Point
-from harvester.cosimulation.model_errors import of_model
+from harvester.cosimulation.model_errors import FUNCTIONS, of_model
 from harvester.cosimulation.ngspice.compiled_callbacks import (
     _F8,
     _I4,
@@ -25,6 +25,7 @@ from harvester.cosimulation.ngspice.compiled_callbacks import (
     _coefficients,
     _pointer,
 )
+from harvester.cosimulation.ngspice.model_globals import values_named
 from harvester.mechanics.kernels.compiled import COMPILER, PART, STRICT, interpreted, strict
 
 
@@ -84,9 +85,19 @@ class CompiledModel(NamedTuple):
     state: Any
 
 
-@cache
 def compiled_model(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> CompiledModel:
-    """The functions of a model; ``absent`` states which of its coefficients are None."""
+    """The functions of a model, compiled again if a global that they name has another value.
+
+    ``absent`` states which of its coefficients are None.
+    """
+    return _compiled_model(kind, state_kind, absent, values_named(kind, FUNCTIONS))
+
+
+@cache
+def _compiled_model(
+    kind: Any, state_kind: Any, absent: tuple[bool, ...], _: tuple[Hashable, ...]
+) -> CompiledModel:
+    """The same, for the present values outside the model."""
     m0 = kind(*(None if is_absent else 0.0 for is_absent in absent))
     at0 = state_kind(*(0.0 for _ in state_kind._fields))
 
@@ -119,9 +130,16 @@ def compiled_model(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> Comp
     return CompiledModel(f, m0, at0)
 
 
-@cache
 def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any, Any]:
-    """A model's source and step as C functions; ``absent`` states which of its coefficients are None."""
+    """A model's source and step as C functions, for the arguments of `compiled_model`."""
+    return _compiled(kind, state_kind, absent, values_named(kind, FUNCTIONS))
+
+
+@cache
+def _compiled(
+    kind: Any, state_kind: Any, absent: tuple[bool, ...], _: tuple[Hashable, ...]
+) -> tuple[Any, Any]:
+    """The same, for the present values outside the model."""
     f, m0, at0 = compiled_model(kind, state_kind, absent)
     voltage, accept = strict(any_mechanics.port_voltage), strict(any_mechanics.accept_model)
 

@@ -217,9 +217,9 @@ def _first(model: CompiledModel) -> Any:
     f, _, at0 = model
 
     @inlined
-    def first(w, m, p, begin):
+    def first(w, m, p, load, begin):
         source = f.source(m, read_numbers(at0, w, begin))
-        return first_of(p, source, w[VOLTAGE])
+        return first_of(p, load, source, w[VOLTAGE])
 
     return first
 
@@ -246,7 +246,7 @@ def model_entry(
         p = read_numbers(port, numbers, of_port)
         load = stored(read(circuit, numbers, of_circuit), w, addresses)
         if w[BEGUN] == 0.0:
-            kept(w, at.linked, first(w, m, p, at.state))
+            kept(w, at.linked, first(w, m, p, load, at.state))
         if task == ADVANCE or task == STOPPING:  # noqa: PLR1714, SIM109 - as numba needs it
             if w[BEGUN] == 0.0:
                 w[BEGUN] = 1.0

@@ -96,6 +96,20 @@ def _netlist_store(load):
     return load.state[load.circuit.voltages_at + 1]
 
 
+def across_load(load, given):
+    """The voltage across the load resistance at first, behind a piezo of a ``given`` voltage."""
+
+
+@version_of(across_load, load=None)
+def _across_resistance(load, given):
+    return given
+
+
+@version_of(across_load, load=NetlistLoad)
+def _across_in_netlist(load, given):
+    return load.state[load.circuit.voltages_at + 2]
+
+
 @inlined
 def stored_of(p, linked):
     """The energy in a piezo's capacitance, or in a coil's inductance."""
@@ -127,7 +141,7 @@ def _first_current(p, e):
 
 
 @inlined
-def first_of(p, source, given):
+def first_of(p, load, source, given):
     """The first `Linked` of a model with this source; ``given`` is a piezo's voltage."""
     fed = volts_of(p) * source
     if p.capacitance is not None:
@@ -136,7 +150,7 @@ def first_of(p, source, given):
         if p.current is not None:
             current += p.current
         if p.load is not None:
-            current += given / p.load
+            current += across_load(load, given) / p.load
         mean = 0.0
     else:
         port = current = mean = _first_current(p, fed)

@@ -11,7 +11,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 
-from harvester.errors import SimulationError
+from harvester.errors import CannotServeError, SimulationError
 
 # names of its own: old C libraries have symbols such as `advance` and `step`
 ENTRY = "harvester_part"
@@ -50,6 +50,8 @@ COUNTED_DOWN = re.compile(
     r"(?:tail |notail )?call i8 @llvm\.x86\.atomic\.sub\.cc\.i64\([^)]*\)[^\n]*"
 )
 FREED = re.compile(r"^[^\n]*call void @NRT_MemInfo_call_dtor\([^\n]*$", re.MULTILINE)
+# An array above 1 MB, which numba leaves at its address in this process
+BY_ADDRESS = re.compile(r"\binttoptr \(i64 \d{7,} ")
 OTHER_PROCESSOR = "llvm.x86."  # operations of one processor alone: LLVM ends the process on another
 binding: Any = llvm
 
@@ -119,7 +121,8 @@ def host() -> str | None:
 def emitted(code: str, platform: Platform, name: str = ENTRY) -> bytes:
     """The object file of LLVM code whose C function gets a ``name``.
 
-    Raises SimulationError for code that needs a function outside the C library.
+    Raises SimulationError for code that needs a function outside the C library, CannotServeError
+    for a large array.
     """
     binding.initialize_all_targets()
     binding.initialize_all_asmprinters()
@@ -144,6 +147,10 @@ def emitted(code: str, platform: Platform, name: str = ENTRY) -> bytes:
         machine, binding.create_pipeline_tuning_options(speed_level=3)
     )
     builder.getModulePassManager().run(module, builder)
+    if BY_ADDRESS.search(str(module)):
+        raise CannotServeError(
+            "an FMU has arrays of at most 1 MB inside, but one of these is larger: shorten it"
+        )
     outside = {function.name for function in module.functions if function.is_declaration}
     known = {name for name in outside if name.startswith("llvm.")} | LIBRARY
     if unknown := {name for name in outside if name.startswith(OTHER_PROCESSOR)} | outside - known:

@@ -37,7 +37,7 @@ OUTSIDE = "outside"
 NETLIST = "netlist"  # inside, and the netlist itself in place of its ideal circuit
 CIRCUITS = (INSIDE, OUTSIDE, NETLIST)
 OPEN_LOAD = 1e12  # ohm, of an electrical port without a load
-LONGEST_RECORD = 500_000  # accelerations inside the part
+LONGEST_RECORD = 125_000  # accelerations inside the part: numba keeps 1 MB in its code
 IN_REPORT = "IMPACTS", "IMPACT_TIME", "SIZE"  # of the report, which the C program knows
 NO_STOPS = dict.fromkeys(
     ("r", "gap", "pull", "high", "r_high", "pull_high", "k", "c", "n1", "n2", "n12")
