@@ -205,6 +205,10 @@ def run_page(page, less=()):
             for words in commands(block.text):
                 run(words, block.where, less)
         elif block.language == "python":
-            exec(compile(block.text, block.where, "exec"), names)
+            try:
+                exec(compile(block.text, block.where, "exec"), names)
+            except hv.MissingProgramError as error:
+                if not lacks_an_extra(str(error)):
+                    raise
         elif block.language == "toml":
             assert hv.loads(block.text).load is not None, block.where
