@@ -14,7 +14,7 @@ from typing import ClassVar
 from harvester.engines.compiled import Compiled
 from harvester.engines.density import Density
 from harvester.engines.exact import Exact
-from harvester.engines.options import number
+from harvester.engines.options import Request, number
 from harvester.engines.power_slopes import quantities, value_of
 from harvester.engines.protocol import AnyScene, served
 from harvester.engines.slow import Slow
@@ -93,8 +93,8 @@ class Sensitivity(TableResult):
 def sensitivity(
     scene: AnyScene,
     *,
-    within: float | None = None,
-    budget: float | None = None,
+    within: float | str | None = None,
+    budget: float | str | None = None,
     progress: Callable[[float], None] | bool | None = None,
 ) -> Sensitivity:
     """The elasticity of the mean power in every key of the scene that is a quantity other than 0.
@@ -109,11 +109,12 @@ def sensitivity(
     scene : Scene or path
         a `Scene` that engine `Exact` or `Density` supports, `Slow` or `Compiled` if it has a
         netlist; or the path of a scene file.
-    within : float, optional
-        the relative power error that is aimed at, such as 0.01; None: 1e-6, of coloured noise 1e-3.
-        Not with a netlist.
-    budget : float, optional
-        seconds of computing.  With a netlist, the keys that are left then are named in a warning.
+    within : float or str, optional
+        the relative power error that is aimed at, such as 0.01 or "1%"; None: 1e-6, of coloured
+        noise 1e-3.  Not with a netlist; engine `Exact` needs none.
+    budget : float or str, optional
+        seconds of computing, such as 30 or "30s"; engine `Exact` needs none.  With a netlist, the
+        keys that are left then are named in a warning.
     progress : callable or bool, optional
         is called with the fraction done; by default a bar on a terminal or in a notebook, False:
         none.
@@ -139,8 +140,9 @@ def sensitivity(
     ('nondimensional.restitution', 1.0)
     """
     problem = Problem.of(scene)
+    options = Request(within=within, budget=budget)
     with reporting(progress, "sensitivity") as report:
-        return _computed(problem, within, budget, report)
+        return _computed(problem, number(options.within), number(options.budget), report)
 
 
 def _computed(
@@ -156,8 +158,12 @@ def _computed(
             raise InputError(
                 "`within` must be left out with a netlist, whose ensembles are of one size"
             )
-        return _of_circuit(problem, begin, progress, number(budget))
-    if Exact.refusal(problem) is None and problem.equations.beta and problem.equations.load:
+        return _of_circuit(problem, begin, progress, budget)
+    if Exact.refusal(problem) is None:
+        if not (problem.equations.beta and problem.equations.load):
+            raise InputError(
+                "`scene` must have a coupling and a load resistance, since the sensitivity is that of its power"
+            )
         return _by_formula(problem, begin, progress or _silent)
     target = within or (DEFAULT_WITHIN if problem.equations.coloured is None else None)
     answer, slopes = Density(within=target, budget=budget).run_with_slopes(

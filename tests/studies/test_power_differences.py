@@ -2,7 +2,7 @@
 
 import math
 import random
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 
@@ -142,6 +142,33 @@ def test_keys_beyond_the_deadline_are_left():
     assert done.left == [*VALUES] and not done.by_key and not done.failed
 
 
+BOARD_SCENE = ROOT / "examples" / "bimorph_board.toml"
+
+
+@pytest.mark.parametrize("scene", [ROOT / "examples" / "plate.toml", BOARD_SCENE])
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"budget": -1}, "`budget` must be above 0, but is -1"),
+        ({"budget": "x"}, "`budget` must"),
+        ({"within": -1.0}, "`within` must"),
+        ({"within": math.nan}, "`within` must"),
+        ({"within": "x"}, "`within` must"),
+    ],
+)
+def test_options_are_checked_for_every_scene(scene, options, message):
+    """Also if a formula needs neither, and as they were given."""
+    with pytest.raises(hv.InputError, match=message):
+        hv.sensitivity(scene, **options)
+
+
+def test_a_sinusoid_without_a_load_has_no_power():
+    """The message names the missing part, and no engine that would not support it either."""
+    scene = replace(resonator(0.01, 0.0), load=None)
+    with pytest.raises(hv.InputError, match="`scene` must have a coupling and a load resistance"):
+        hv.sensitivity(scene)
+
+
 BOARD = (
     BRIDGE.format("DX")
     + "C1 a b {Ca}\nR1 a c {Ra}\nC2 c b {Cb}\nRload c b {Rb}\n.model DX D(is={Is} n={N})"
@@ -175,6 +202,6 @@ def test_impedances_scaled_with_the_coupling_leave_the_power_of_a_board(tmp_path
 @pytest.mark.slow
 def test_a_budget_for_a_board_is_shared_by_power_and_keys():
     """What is left is named, with the power by the quick circuit if need be."""
-    found = hv.sensitivity(ROOT / "examples" / "bimorph_board.toml", budget=1.0)
+    found = hv.sensitivity(BOARD_SCENE, budget="1 s")
     left = [one for one in found.diagnostics if one.code == "keys_left_out"]
     assert found.mean_power.value > 0.0 and (left or len(found.keys) == 16)

@@ -113,10 +113,11 @@ def tolerance(
     folder = OutputFolder.of(execution)
     amount = _read_runs(runs)
     _check_counts(samples, amount.count, checks)
-    years = lifetime_of(bounds, lifetime, problem)
     linear = amount.first_order
     if linear:
         _refuse_beside_first_order(checks, lifetime, execution.resume or None, bounds)
+    years = lifetime_of(bounds, lifetime, problem)
+    if linear:
         chosen = first_order_engine(problem, engine, within, seed)
     else:
         chosen = engine_of(sampling.cheapest(problem)(seed=seed) if engine is None else engine)
@@ -161,13 +162,13 @@ def tolerance(
 def _refuse_beside_first_order(
     checks: int | None, lifetime: float | str | None, resume: bool | None, bounds: Sequence[Limit]
 ) -> None:
-    for name, given in (("checks", checks), ("lifetime", lifetime), ("resume", resume)):
-        if given is not None:
-            raise InputError(f"`{name}` must be left out with `runs` {FIRST_ORDER!r}, but is given")
     if peaks := [limit.quantity for limit in bounds if limit.quantity in PEAKS]:
         raise InputError(
             f"`limits` must have no peaks with `runs` {FIRST_ORDER!r}, but have {peaks[0]}"
         )
+    for name, given in (("checks", checks), ("lifetime", lifetime), ("resume", resume)):
+        if given is not None:
+            raise InputError(f"`{name}` must be left out with `runs` {FIRST_ORDER!r}, but is given")
 
 
 def _check_served(chosen: Engine, problem: Problem) -> None:

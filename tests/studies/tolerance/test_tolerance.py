@@ -97,6 +97,14 @@ def test_first_order_states_what_it_leaves_out():
             {"engine": "ensemble"},
             "`engine` must have a gradient of the power for `runs` 'first-order', such as 'density'",
         ),
+        (
+            {"limits": "peak_displacement < 1 mm"},
+            "`limits` must have no peaks with `runs` 'first-order', but have peak_displacement",
+        ),
+        (
+            {"limits": "peak_displacement < 1 mm", "lifetime": "1 year"},
+            "`limits` must have no peaks with `runs` 'first-order', but have peak_displacement",
+        ),
         ({"checks": 4}, "`checks` must be left out with `runs` 'first-order', but is given"),
         (
             {"runs": "few"},
