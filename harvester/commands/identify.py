@@ -1,5 +1,7 @@
 """The command `harvester identify`."""
 
+import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -114,8 +116,19 @@ def identify(
             if scene_file.is_whole(result):
                 echo(f"next: harvester run {path}   (after its excitation and load)")
             else:
-                echo(f"note: {note('scene_not_whole', files=' '.join(names))}")
+                given = None if "mass" in result.fit.fixed else typed(names, points, prior, known)
+                echo(f"note: {note('scene_not_whole', given=given)}")
     save_report(page, lambda report: report.of_identification(result, title), quiet=as_json)
+
+
+def typed(
+    names: Sequence[str], points: Mapping[str, str], prior: str | None, known: Sequence[str]
+) -> str:
+    """The files and options that were given, as a shell reads them."""
+    options = [(f"--{name.replace('_', '-')}", text) for name, text in points.items()]
+    options += [("--known", text) for text in known]
+    options += [] if prior is None else [("--prior", prior)]
+    return shlex.join([*names, *(word for option in options for word in option)])
 
 
 def _points(stated: dict[str, str | None], prior: str | None) -> dict[str, str]:

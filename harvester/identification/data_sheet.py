@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.errors import InputError, reading, unknown
+from harvester.errors import InputError, invalid, reading, unknown
 from harvester.identification import quantities
 from harvester.identification.fit import Channel
 from harvester.identification.measurement import StatedNumber
@@ -56,6 +56,8 @@ def read_sheet(points: Mapping[str, str], device_class: str) -> DataSheet:
     Raises InputError for another name or form, and for a class that is not known.
     """
     priors.check_class(device_class)
+    if not isinstance(points, Mapping):
+        raise invalid("`points`", "be a mapping such as {'frequency': '60 Hz'}", points)
     model = float(priors.data()["model"]["linear"])
     read: dict[str, DataSheetPoint] = {}
     numbers = []
@@ -99,16 +101,31 @@ def fitted_names(
     sought = [name for name in ("beta", "psi") if name not in of_files]
     if "mass" in known and "psi" in sought:
         sought.remove("psi")
-    pair = RESONANCE in sheet.names and not {"frequency"}.isdisjoint({*of_files, *sheet.names})
-    if len(sought) > len(sheet.points) + pair:
-        mass = "" if "mass" in known else "give the mass in `known`, or "
+    stated = {*of_files, *known, *sheet.names}
+    # two resonances determine the coupling, but no mass
+    pair = "beta" in sought and stated >= {"frequency", RESONANCE}
+    if (shortfall := len(sought) - len(sheet.points) - pair) > 0:
         raise InputError(
             f"points must determine the {' and '.join(WORDS[name] for name in sought)}, but with "
-            f"{written(sheet.names)} they do not: {mass}add one of `frequency` with "
-            f"`{RESONANCE}`, `{OPEN}`, `{LOADED}`"
+            f"{written(sheet.names)} they do not: {_remedy(sheet, stated, sought, shortfall)}"
         )
     names = dict.fromkeys([*of_files, "frequency", "quality", "capacitance", *sought])
     return tuple(name for name in names if name not in known)
+
+
+def _remedy(sheet: DataSheet, stated: set[str], sought: Sequence[str], shortfall: int) -> str:
+    """The numbers that determine the rest: ``shortfall`` of those that are not given."""
+    numbers = [f"`{name}`" for name in (OPEN, LOADED) if name not in sheet.names]
+    if "beta" in sought and not stated >= {"frequency", RESONANCE}:
+        absent = [name for name in ("frequency", RESONANCE) if name not in stated]
+        numbers.append(" with ".join(f"`{name}`" for name in absent))
+    count = "one" if shortfall == 1 else "two"
+    addition = f"add {count} of {', '.join(numbers)}" if len(numbers) > 1 else f"add {numbers[0]}"
+    if "psi" not in sought:
+        return addition
+    if shortfall == 1:
+        return f"give the mass in `known`, or {addition}"
+    return f"give the mass in `known` and add one of {', '.join(numbers)}, or {addition}"
 
 
 def _refuse_twice(sheet: DataSheet, known: Mapping[str, float]) -> None:

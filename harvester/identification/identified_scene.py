@@ -22,6 +22,9 @@ _FORMULAS = {
 
 _SHORT = dict.fromkeys(NEEDED, "not determined: give it as --known mass=...")
 _SHORT["piezo.capacitance"] = "not determined: measure an impedance"
+_SHORT_OF_MASS = _SHORT | dict.fromkeys(
+    ("oscillator.stiffness", "piezo.coupling"), "not determined: measure another electrical state"
+)
 
 
 def text(result: IdentificationResult, title: str) -> str:
@@ -41,9 +44,8 @@ def text(result: IdentificationResult, title: str) -> str:
                 k for k, line in enumerate(lines) if line.startswith((f"[{table}]", f"# [{table}]"))
             ]
             formula = f" = {_FORMULAS[key]}" if _FORMULAS[key] else " = ?"
-            lines.insert(
-                heads[0] + 1, f"{f'# {name}{formula}':<{scene_file.WIDTH}} # {_SHORT[key]}"
-            )
+            why = _SHORT_OF_MASS if "oscillator.mass" in known else _SHORT
+            lines.insert(heads[0] + 1, f"{f'# {name}{formula}':<{scene_file.WIDTH}} # {why[key]}")
     rest = [
         f"#   {parameter.key} = {parameter.value:.7g} ({comment(parameter)})"
         for parameter in result.parameters

@@ -270,7 +270,7 @@ def _answer(
                 )
             )
     keys = {p.key for p in parameters} | {key for key, _ in missing}
-    missing += [(key, _remedy(key)) for key in quantities.NEEDED if key not in keys]
+    missing += [(key, _remedy(key, best)) for key in quantities.NEEDED if key not in keys]
     if (
         len(measurements) == 1
         and isinstance(measurements[0], Impedance)
@@ -315,7 +315,7 @@ def _why_open(
     # of no width though its parameters are fitted: nothing changes it
     at_its_end = interval.low == interval.high and not set(quantity.needs).isdisjoint(best.names)
     if at_its_end or _open(interval, quantity.above_0, widest):
-        return _remedy(quantity.key)
+        return _remedy(quantity.key, best)
     if quantity.key == "stop.restitution" and not EDGE < interval.value < 1.0 - EDGE:
         return str(note("fit_at_boundary"))
     if quantity.key in ("oscillator.mass", "oscillator.stiffness") and "mass" not in best.fixed:
@@ -337,9 +337,10 @@ def _open(interval: ProfileInterval, above_0: bool, widest: float) -> bool:
     return not half < NOT_KNOWN
 
 
-def _remedy(key: str) -> str:
+def _remedy(key: str, best: DeviceFit) -> str:
     """The measurement that would determine a key."""
-    if key in ("oscillator.mass", "oscillator.stiffness", "piezo.coupling"):
+    of_mass = key in ("oscillator.mass", "oscillator.stiffness", "piezo.coupling")
+    if of_mass and "mass" not in best.fixed:
         return str(note("mass_is_open"))
     if key == "piezo.capacitance":
         return str(note("capacitance_is_open"))

@@ -103,7 +103,7 @@ class DataSheetPoint:
 def read_point(name: str, text: str) -> DataSheetPoint:
     """A point from its text; InputError for another form."""
     form, pattern = _FORMS[name]
-    match = pattern.fullmatch(text.strip())
+    match = pattern.fullmatch(text.strip()) if isinstance(text, str) else None
     if match is None:
         raise invalid(f"`{name}`", f"be {form}", text)
     if name == OPEN:

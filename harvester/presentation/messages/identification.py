@@ -23,6 +23,12 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "another point, such as both resonances, decides",
     "capacitance_is_open": "measure an impedance, or responses over two loads or more about 1/(2 pi f C)",
     "one_state_leaves_it_open": "these data do not determine it: also measure in another electrical state (another load, short, open)",
-    "scene_not_whole": "the scene file is not complete, its comments list the missing values; with a known mass: "
-    "harvester identify {files} --known mass='12 g' --out ...",
+    "scene_not_whole": lambda given: (
+        "the scene file is not complete, its comments list the missing values"
+        + (
+            ""
+            if given is None
+            else f"; with a known mass: harvester identify {given} --known mass='12 g' --out ..."
+        )
+    ),
 }

@@ -17,7 +17,7 @@ from typing import Any
 from harvester.engines.exact import Exact
 from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.problem import Problem
-from harvester.errors import InputError, UnboundedResponseError, named_once, unknown
+from harvester.errors import InputError, UnboundedResponseError, invalid, named_once, unknown
 from harvester.linear.solve import solve
 from harvester.scene.modal_parameters import modal_parameters
 from harvester.scene.scene import Scene
@@ -115,6 +115,8 @@ def prior_of(quantity: str, origin: str, device_class: str) -> Prior | None:
 
 def check_class(name: str, argument: str = "prior") -> str:
     """The name of a class of devices; InputError with the nearest match for another."""
+    if not isinstance(name, str):
+        raise invalid(f"`{argument}`", f"be one of {', '.join(data()['classes'])}", name)
     if name not in data()["classes"]:
         raise unknown(f"class of devices of `{argument}`", name, data()["classes"])
     return name
