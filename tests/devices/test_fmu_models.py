@@ -1,22 +1,20 @@
-"""Models of `cosimulate` as FMUs: the trajectories of `cosimulate`, with its circuits and ports; and refusals."""
+"""Models of `cosimulate` as FMUs: the trajectories of `cosimulate`, with its circuits and ports."""
 
 import math
 import runpy
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import harvester as hv
-from harvester.errors import CannotServeError, InputError
 from tests.support import fmu
 from tests.support.paths import EXAMPLES
+from tests.support.swing import PIEZO, Place, Swing
 
 pytest.importorskip("fmpy")
 pytest.importorskip("ziglang")
 pytestmark = pytest.mark.slow
 
-PIEZO = hv.Piezo(coupling="1 mN/V", capacitance="50 nF")
 COURSE = """
 rows = []
 for n in (1, 7, 100):
@@ -24,36 +22,6 @@ for n in (1, 7, 100):
     rows.append([[float(r[name][k]) for name in NAMES] for k in range(len(r)) if round(r["time"][k] / h) % 700 == 0])
 print(json.dumps([h, validate_fmu(fmu), rows]))
 """
-
-
-class Place(NamedTuple):
-    """A displacement (m) and a velocity (m/s)."""
-
-    x: float
-    v: float
-
-
-class Swing(NamedTuple):
-    """Mass (kg), damping (N s/m), stiffness (N/m), density of force (N^2/Hz), and a base's acceleration (m/s^2)."""
-
-    m: float = 0.04
-    c: float = 6e-3
-    k: float = 16.0
-    density: float = 0.0
-    a: float = 0.0
-
-    def drift(self, s, h):
-        return Place(s.x + h * s.v, s.v)
-
-    def kick(self, s, h, reaction, noise):
-        half = 0.5 * h * self.c / self.m
-        force = (
-            h * (-self.k * s.x - reaction - self.m * self.a) + math.sqrt(self.density * h) * noise
-        )
-        return Place(s.x, ((1.0 - half) * s.v + force / self.m) / (1.0 + half))
-
-    def source(self, s):
-        return s.x
 
 
 def exported(folder, model, **options):
@@ -228,98 +196,6 @@ def test_a_changed_global_is_compiled_again(tmp_path, monkeypatch):
         code = 'one = begun(opened())\none.doStep(0.0, h)\nprint(json.dumps(shown(one, "state.v")))'
         speeds += fmu.run(path, code)
     assert speeds == pytest.approx([-4e-4, -16e-4], rel=2e-3)
-
-
-class Raising(Swing):
-    def kick(self, s, h, reaction, noise):
-        if s.x > 1.0:
-            raise ValueError("too far")
-        return s
-
-
-class Lists(Swing):
-    def kick(self, s, h, reaction, noise):
-        return Place(*(part + 0.0 for part in {s: 1}.popitem()[0]))
-
-
-class Arrays(Swing):
-    def kick(self, s, h, reaction, noise):
-        all_of = np.zeros(3)
-        all_of[int(s.x)] = 1.0
-        return Place(s.x, s.v + all_of.sum())
-
-
-LARGE = np.linspace(0.9, 1.1, 130_000)
-
-
-class Large(Swing):
-    def kick(self, s, h, reaction, noise):
-        return Place(s.x, s.v - h * LARGE[int(1e6 * abs(s.x)) % 130_000] * s.x)
-
-
-class Plain:
-    def drift(self, state, h):
-        return state
-
-    def kick(self, state, h, reaction, noise):
-        return state
-
-    def source(self, state):
-        return 0.0
-
-
-GIVEN = {"port": PIEZO, "start": Place(0.0, 0.0), "step": "1 ms"}
-
-
-@pytest.mark.parametrize(
-    ("model", "options", "words"),
-    [
-        (Raising(), GIVEN, r"`model.kick` must not raise errors .*test_fmu_models.py, line \d+"),
-        (Arrays(), GIVEN, r"`model.kick` must use numbers alone .*test_fmu_models.py, line \d+"),
-        (Plain(), GIVEN, "`model` must be a NamedTuple of numbers for an FMU"),
-        (Swing(), GIVEN | {"port": None}, "`port` must be given with a model"),
-        (Swing(), GIVEN | {"step": 0.0}, "`step` must be a time above 0"),
-        (Swing(), GIVEN | {"step": math.nan}, "`step` must be a time above 0"),
-        (Swing(), GIVEN | {"start": (0.0, 0.0)}, "`start` must be a NamedTuple"),
-        (Swing(), GIVEN | {"inputs": ["mass"]}, "mass"),
-        (Swing(), GIVEN | {"circuit": "inside"}, "`circuit` must belong to a Scene"),
-        (Swing(), GIVEN | {"fmi": 4}, "`fmi` must be 2 or 3"),
-        (Swing(), GIVEN | {"platforms": "amiga"}, "amiga"),
-    ],
-)
-def test_a_model_is_refused_in_one_line(tmp_path, model, options, words):
-    with pytest.raises(InputError, match=words) as caught:
-        hv.export(model, tmp_path / "model.fmu", **options)
-    assert "\n" not in str(caught.value)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_large_array_is_refused(tmp_path):
-    """Above 1 MB numba reads it at its address in the exporting process, and an importer crashed."""
-    with pytest.raises(CannotServeError, match="arrays of at most 1 MB"):
-        hv.export(Large(), tmp_path / "model.fmu", **GIVEN)
-
-
-def test_python_that_numba_does_not_compile_is_refused_with_its_line(tmp_path):
-    """`cosimulate` names the same line; sets and sorted mixtures have no machine code."""
-    with pytest.raises(
-        InputError, match=r"numba compiles it, but Lists is not: .*line \d+"
-    ) as caught:
-        hv.export(Lists(), tmp_path / "model.fmu", **GIVEN)
-    assert "\n" not in str(caught.value)
-    assert "an FMU has no Python inside" in str(caught.value)
-
-
-def test_what_only_a_scene_or_a_netlist_of_a_piezo_has(tmp_path):
-    """A subcircuit of a model, a netlist with a coil, and an option of a model with a scene."""
-    with pytest.raises(CannotServeError, match=r"must be an FMU, such as model.fmu"):
-        hv.export(Swing(), tmp_path / "model.lib", **GIVEN)
-    coil = GIVEN | {"port": hv.Coil(coupling=10.0)}
-    with pytest.raises(CannotServeError, match="a load resistance inside"):
-        hv.export(Swing(), tmp_path / "model.fmu", load="bridge", **coil)
-    with pytest.raises(InputError, match="`step` must belong to a model of `cosimulate`"):
-        hv.export(EXAMPLES / "plate.toml", tmp_path / "plate.fmu", step="1 ms")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_load_of_a_netlist_has_its_own_first_voltage(tmp_path):

@@ -1,5 +1,8 @@
 """What an FMU and its export refuse: each with a status of the standard or one line, and nothing crashes or hangs."""
 
+import math
+from typing import NamedTuple
+
 import pytest
 
 import harvester as hv
@@ -194,6 +197,56 @@ def test_a_record_whose_address_would_be_in_the_part_is_refused(tmp_path):
         hv.export(tmp_path / "long.toml", tmp_path / "long.fmu")
     assert "\n" not in str(caught.value)
     assert not (tmp_path / "long.fmu").exists()
+
+
+class State(NamedTuple):
+    x: float
+
+
+class Late(NamedTuple):
+    """ """
+
+    late: float = 0.0
+
+    def drift(self, s, h):
+        return s
+
+    def kick(self, s, h, reaction, noise):
+        return State(math.hypot(math.erf(s.x), 1.0))
+
+    def source(self, s):
+        return s.x
+
+    def event(self, s, h):
+        return math.inf if self.late <= 0.0 else 2.0 * h
+
+    def jump(self, s):
+        return s
+
+
+def test_an_event_outside_the_drift_is_not_a_motion_without_bound(tmp_path):
+    """The message names the model's functions; before, erf and hypot are those of Python."""
+    path = hv.export(
+        Late(),
+        tmp_path / "late.fmu",
+        port=hv.Piezo(coupling=1.0, capacitance=1e-6),
+        start=State(0.5),
+        step="1 ms",
+        load=hv.Load(resistance=1.0),
+    )
+    x, said = fmu.run(
+        path,
+        f"""{WORDS.partition("a, m, out")[0]}{LOGGED}
+one = logged()
+one.doStep(0.0, h)
+found = shown(one, "state.x")
+one.setReal([number["model.late"]], [1.0])
+print(json.dumps([*found, answer(lambda: one.doStep(h, h))]))
+""",
+    )
+    once = math.hypot(math.erf(0.5), 1.0)
+    assert x == pytest.approx(math.hypot(math.erf(once), 1.0), rel=1e-12)  # two kicks in a step
+    assert "the model's functions must give finite numbers, and event a time within" in said
 
 
 def test_nothing_is_left_of_an_export_that_fails(tmp_path):

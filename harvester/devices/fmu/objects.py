@@ -27,12 +27,15 @@ LIBRARY = {
     "ceil",
     "cos",
     "cosh",
+    "erf",
+    "erfc",
     "exp",
     "expm1",
     "floor",
     "fmax",
     "fmin",
     "fmod",
+    "hypot",
     "log",
     "log10",
     "log1p",
@@ -54,6 +57,12 @@ FREED = re.compile(r"^[^\n]*call void @NRT_MemInfo_call_dtor\([^\n]*$", re.MULTI
 BY_ADDRESS = re.compile(r"\binttoptr \(i64 \d{7,} ")
 OTHER_PROCESSOR = "llvm.x86."  # operations of one processor alone: LLVM ends the process on another
 binding: Any = llvm
+
+
+class OutsideCodeError(SimulationError):
+    """Code that needs functions outside the C library, with their names."""
+
+    names: list[str]
 
 
 @dataclass(frozen=True)
@@ -147,6 +156,12 @@ def emitted(code: str, platform: Platform, name: str = ENTRY) -> bytes:
         machine, binding.create_pipeline_tuning_options(speed_level=3)
     )
     builder.getModulePassManager().run(module, builder)
+    _check_outside(module)
+    return bytes(machine.emit_object(module))
+
+
+def _check_outside(module: Any) -> None:
+    """Raise the errors of `emitted` for optimised code."""
     if BY_ADDRESS.search(str(module)):
         raise CannotServeError(
             "an FMU has arrays of at most 1 MB inside, but one of these is larger: shorten it"
@@ -154,8 +169,10 @@ def emitted(code: str, platform: Platform, name: str = ENTRY) -> bytes:
     outside = {function.name for function in module.functions if function.is_declaration}
     known = {name for name in outside if name.startswith("llvm.")} | LIBRARY
     if unknown := {name for name in outside if name.startswith(OTHER_PROCESSOR)} | outside - known:
-        raise SimulationError(
+        names = sorted(unknown)
+        error = OutsideCodeError(
             "the compiled part must be free of Python and of one processor's operations, but needs "
-            f"{', '.join(sorted(unknown))}"
+            f"{', '.join(names)}"
         )
-    return bytes(machine.emit_object(module))
+        error.names = names
+        raise error

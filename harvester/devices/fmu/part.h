@@ -323,7 +323,8 @@ static int step(Part *part, double t, double h, int stop) {
     d->stale = 1;
     if (answer != EVENT) d->slope = 0.0;
     if (answer == FAILED) {
-        complain(part, "the motion must stay finite, but has grown without bound by %g s: see the damping", t + h);
+        complain(part, MODEL ? "the model's functions must give finite numbers, and event a time within the drift, at most 100 in a step, but by %g s do not"
+                             : "the motion must stay finite, but has grown without bound by %g s: see the damping", t + h);
         return FAILED;
     }
     if (answer == UNSOLVED) {

@@ -214,7 +214,12 @@ def all_code(entry: str, board: CompiledCircuit | None) -> dict[str, str]:
 def _renamed(llvm: str) -> str:
     """The same with names of functions of our own: numba counts in its names."""
     names: dict[str, str] = {}
-    return re.sub(r"_ZN\w+", lambda found: names.setdefault(found[0], f"part{len(names)}"), llvm)
+
+    def renamed(found: re.Match[str]) -> str:
+        """A text as it is, since its type has its length; a symbol by its number."""
+        return found[1] or names.setdefault(found[0], f"part{len(names)}")
+
+    return re.sub(r'(\] c"[^"]*")|_ZN\w+', renamed, llvm)
 
 
 def _zipped(inside: dict[str, bytes]) -> bytes:

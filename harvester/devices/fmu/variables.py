@@ -68,7 +68,7 @@ OUTPUTS = (
         OUT.DRAINED,
         "joules",
         "J",
-        "energy lost in the ideal circuit's diodes and coil so far, a part of load_energy",
+        "energy lost in the ideal circuit's diodes and inductor so far, a part of load_energy",
     ),
     ("store_voltage", OUT.STORE, "volts", "V", "voltage across the circuit's capacitor"),
 )

@@ -5,7 +5,6 @@ state machine of the lock-step (`harvester.cosimulation.part.model_part`).
 """
 
 import dis
-import re
 import types
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -19,10 +18,14 @@ from harvester.cosimulation.part.model_part import model_entry
 from harvester.devices.fmu.models.model_numbers import CoupledModel, ModelPart, part_of_model
 from harvester.devices.fmu.models.model_options import ModelOptions
 from harvester.devices.fmu.models.model_variables import model_variables
+from harvester.devices.fmu.objects import OutsideCodeError
 from harvester.devices.fmu.unit import Exported, Unit, all_code, unit_file, written
+from harvester.devices.fmu.variables import LARGEST
 from harvester.errors import InputError, SimulationError, invalid, unknown
 
 RESERVED = ("voltage", "store_voltage")  # names of other numbers of the first state
+RAISED = "picklebuf"  # numba's record of an error, in the code of a function that can raise it
+FINEST, LONGEST = 1e-12, 1e6  # s, of a step
 REMEDY = "an FMU has no Python inside"
 
 
@@ -54,7 +57,7 @@ def export_model(
         variables=model_variables(coupled, part, inputs),
         code=all_code(_entry(coupled, compiled, part), part.board),
         frequency=1.0,
-        title=(type(model).__doc__ or type(model).__name__).strip().splitlines()[0],
+        title=((type(model).__doc__ or "").strip() or type(model).__name__).splitlines()[0],
     )
     try:
         return written(unit, target)
@@ -69,8 +72,10 @@ def _checked(model: Any, options: ModelOptions) -> CoupledModel:
             raise InputError(f"`{name}` must be given with a model of cosimulate, but is absent")
     port = options["port"]
     start = options["start"]
-    h = time_above_0("step", options["step"])
+    h = _checked_step(options["step"])
     check_port(port)
+    _check_numbers("`model`", model)
+    _check_numbers("`start`", start)
     check_model(model, start, h)
     for name in start._fields:
         if name in RESERVED:
@@ -82,6 +87,29 @@ def _checked(model: Any, options: ModelOptions) -> CoupledModel:
     load = options.get("load")
     behind = None if load is None else circuit_of_port(load, port)
     return CoupledModel(model=model, start=start, port=port, load=behind, h=h)
+
+
+def _checked_step(step: float | str) -> float:
+    """The step (s); InputError for one that no simulator has."""
+    h = time_above_0("step", step)
+    if not FINEST <= h <= LONGEST:
+        raise invalid("`step`", f"be from {FINEST:g} to {LONGEST:g} s for an FMU", step)
+    return h
+
+
+def _check_numbers(argument: str, values: Any) -> None:
+    """Raise InputError for a name or a number that no variable of an FMU can have."""
+    if not isinstance(values, tuple):
+        return  # which is refused for that
+    for name, number in zip(getattr(values, "_fields", ()), values, strict=False):
+        if not name.isascii():
+            raise invalid(argument, "have names of ASCII letters for an FMU", name)
+        if isinstance(number, int | float) and not abs(number) <= LARGEST:
+            raise invalid(
+                argument,
+                f"have numbers between {-LARGEST:g} and {LARGEST:g} for an FMU",
+                f"{name}={number}",
+            )
 
 
 def _checked_inputs(model: Any, inputs: Sequence[str]) -> tuple[str, ...]:
@@ -132,6 +160,7 @@ def _raising(model: Any) -> Iterator[tuple[str, str]]:
         functions = [getattr(type(model), name, None)]
         while functions:
             function = functions.pop()
+            function = getattr(function, "py_func", function)  # of numba.njit
             if not isinstance(function, types.FunctionType) or function in seen:
                 continue
             seen.add(function)
@@ -145,15 +174,31 @@ def _raising(model: Any) -> Iterator[tuple[str, str]]:
 
 def _outside_needs(error: SimulationError, model: Any, made: CompiledModel) -> Exception:
     """The error of code that needs memory or Python, with the function that does; else as it is."""
-    needed = set(re.findall(r"\b(?:NRT|Py|numba)_?\w+", str(error)))
+    if not isinstance(error, OutsideCodeError):
+        return error
+    needed = error.names
+    if line := _using(needed, model, made):
+        return InputError(
+            f"`model.{line[0]}` must use numbers alone in an FMU, without arrays, lists, texts, "
+            f"output, random draws, or functions such as gamma, but does not ({line[1]}): noise is "
+            "the argument of `kick`"
+        )
+    if line := _using([RAISED], model, made):
+        return InputError(
+            f"`model.{line[0]}` must not raise errors in an FMU, which has no Python to handle them, "
+            f"but an index or a function in it can ({line[1]}): use conditions in place of an index"
+        )
+    return InputError(
+        "`model` must use numbers and functions of the C library alone in an FMU, but needs "
+        f"{', '.join(needed)}"
+    )
+
+
+def _using(words: list[str], model: Any, made: CompiledModel) -> tuple[str, str] | None:
+    """The first function of a model whose code has one of the words, and its line."""
     for name in FUNCTIONS:
-        function = getattr(made.functions, name)
         code = getattr(getattr(type(model), name, None), "__code__", None)
-        if code and any(
-            word in text for text in function.inspect_llvm().values() for word in needed
-        ):
-            return InputError(
-                f"`model.{name}` must use numbers alone in an FMU, without arrays, lists, texts or "
-                f"output, but does not ({Path(code.co_filename).name}, line {code.co_firstlineno})"
-            )
-    return error
+        texts = getattr(made.functions, name).inspect_llvm().values()
+        if code and any(word in text for text in texts for word in words):
+            return name, f"{Path(code.co_filename).name}, line {code.co_firstlineno}"
+    return None
