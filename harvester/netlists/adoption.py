@@ -23,6 +23,7 @@ from harvester.netlists.deck_cards import (
     step_values,
 )
 from harvester.netlists.deck_device import DeckDevice, Nets, find_piezo, is_supply
+from harvester.netlists.deck_doubts import refuse_doubtful
 from harvester.netlists.deck_model import (
     ModelReaders,
     Removed,
@@ -31,7 +32,6 @@ from harvester.netlists.deck_model import (
     measurements,
     nets_inside,
     piezos,
-    refuse_doubtful,
     shortened_starts,
     without_body,
 )

@@ -51,7 +51,7 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
     spelt = {net_of(net): net for net in nets_of(elements)}
     merged: dict[frozenset[str], DeckDevice] = {}
     moving = [device for device in _branches(elements) if any(e.kind == "l" for e in device.motion)]
-    for device in moving or _sure(elements) or _direct(elements):
+    for device in moving or _still(elements):
         key = frozenset(map(net_of, device.nets))
         first, second = (spelt.get(net_of(net), net) for net in _ground_last(device.nets))
         known = merged.get(key, DeckDevice((first, second)))
@@ -78,6 +78,17 @@ def find_piezo(elements: Sequence[Element], terminals: Nets | None, file: str) -
         f"deck {file} must have one source in the piezo's place, but several may be it "
         f"({several}): {give}"
     )
+
+
+def _still(elements: Sequence[Element]) -> list[DeckDevice]:
+    """The devices without a moving mass.
+
+    A pulse may be that of a load if another source vibrates.
+    """
+    sure = _sure(elements)
+    if any(is_vibration(drive) for device in sure for drive in device.drives):
+        return sure
+    return [*sure, *_direct(elements)]
 
 
 def _two_nets(elements: Sequence[Element], terminals: Nets, file: str) -> Nets:
@@ -145,7 +156,7 @@ def _parallel(drive: Element, elements: Sequence[Element]) -> Iterator[DeckDevic
     ends: list[str] = []
     meters: list[Element] = []
     for node in drive.nodes[1::-1]:
-        end, parts = _branch_end(drive, node, at, kinds="")
+        end, parts = branch_end(drive, node, at, kinds="")
         ends.append(end)
         meters += parts
     nets = {*map(net_of, ends)}
@@ -153,8 +164,8 @@ def _parallel(drive: Element, elements: Sequence[Element]) -> Iterator[DeckDevic
     for each in elements:
         if each.kind != "c":
             continue
-        first, before = _branch_end(each, each.nodes[0], at, nets, kinds="")
-        second, behind = _branch_end(each, each.nodes[1], at, nets, kinds="")
+        first, before = branch_end(each, each.nodes[0], at, nets, kinds="")
+        second, behind = branch_end(each, each.nodes[1], at, nets, kinds="")
         if {net_of(first), net_of(second)} == nets:
             capacitors.append(each)
             meters += (*before, *behind)
@@ -185,18 +196,24 @@ def _branches(elements: Sequence[Element], ends: Set[str] = frozenset()) -> Iter
     for drive in filter(_drives, elements):
         if is_current(drive):
             continue
-        first, before = _branch_end(drive, drive.nodes[0], at, ends)
-        second, behind = _branch_end(drive, drive.nodes[1], at, ends)
+        first, before = branch_end(drive, drive.nodes[0], at, ends)
+        second, behind = branch_end(drive, drive.nodes[1], at, ends)
         motion = (*before, *behind)
         if first == second or [each.kind for each in motion] in ([], ["c"]):
             continue
         nets = {net_of(first), net_of(second)}
         across = without((e for e in elements if e.kind == "c" and is_across(e, nets)), motion)
         alone = [each for each in motion if each.kind != "v"]
-        if [each.kind for each in alone] == ["c"]:  # the piezo's capacitor, and an ammeter
-            across = tuple(alone)
-            motion = without(motion, alone)
+        if _is_capacitor(alone):
+            across = tuple(each for each in alone if each.kind == "c")
+            motion = without(motion, across)
         yield DeckDevice((first, second), (drive,), across, motion)
+
+
+def _is_capacitor(parts: Iterable[Element]) -> bool:
+    """Whether parts in series are the piezo's capacitor and resistors, without a mass."""
+    kinds = [each.kind for each in parts]
+    return kinds.count("c") == 1 and {*kinds} <= {"r", "c"}
 
 
 def connected(elements: Iterable[Element]) -> dict[str, list[Element]]:
@@ -208,7 +225,7 @@ def connected(elements: Iterable[Element]) -> dict[str, list[Element]]:
     return at
 
 
-def _branch_end(
+def branch_end(
     drive: Element,
     node: str,
     at: Mapping[str, list[Element]],

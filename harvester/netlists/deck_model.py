@@ -2,7 +2,8 @@
 
 A board has neither these nets nor these elements.  Elements that read one of them, and nothing of
 the board, are a measurement: they are left out with the elements that they feed.  An element that
-acts on the board is refused, and so is a part that may be of that model at a piezo's source.
+acts on the board is refused, and so is a part that may be of that model at a piezo's source
+(`harvester.netlists.deck_doubts`).
 """
 
 import re
@@ -15,23 +16,11 @@ from harvester.errors import InputError, invalid
 from harvester.netlists.cards import PARAMETERS
 from harvester.netlists.deck_capacitance import parameters_of
 from harvester.netlists.deck_cards import names_of
-from harvester.netlists.deck_device import (
-    DeckDevice,
-    connected,
-    distinct,
-    find_piezo,
-    is_across,
-    is_ammeter,
-    is_current,
-    is_vibration,
-    nets_of,
-    without,
-)
+from harvester.netlists.deck_device import DeckDevice, find_piezo, is_vibration, nets_of
 from harvester.netlists.element_lines import Element, read_element
 from harvester.netlists.flat import net_of
 from harvester.netlists.read_lines import Line
 
-LEAST_PROBE = 1e6  # least resistance of a resistor that may only measure (Ohm)
 _CALL = r"\((?:[^()]|\([^()]*\))*\)"
 _START = re.compile(
     r"([vi])\(\s*([^\s(),]+)\s*\)\s*=\s*(?:\{[^}]*\}|'[^']*'|(?:[^\s,()]|" + _CALL + r")+)[\s,]*",
@@ -126,103 +115,6 @@ def nets_inside(
 
 def _between(element: Element, pins: Sequence[str]) -> bool:
     return {net_of(node) for node in element.nodes[:2]} == {net_of(pin) for pin in pins}
-
-
-def refuse_doubtful(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
-    """Raise InputError if elements at a piezo that was searched for may be of its own model.
-
-    A board that kept them would count them a second time.
-    """
-    _refuse_series(device, elements, file)
-    _refuse_half(device, elements, file)
-    _refuse_probe(device, elements, file)
-
-
-def _refuse_series(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
-    """Refuse a source or a motional branch in series with one part, which may be of the piezo's own model."""
-    if device.capacitors:
-        return
-    if is_current(device.drives[0]):
-        _refuse_behind(device, elements, file)
-        return
-    for net in map(net_of, device.nets):
-        at = [e for e in connected(elements).get(net, []) if e not in device.elements]
-        if net == "0" or len(at) != 1:
-            continue
-        [part] = at
-        if part.kind in "rlc" or is_ammeter(part):
-            raise InputError(
-                f"deck {file} must have a source at the piezo's nets, but {part.name} is in series "
-                f"with {device.drives[0].name}: give the piezo's two nets by `terminals` A,B"
-            )
-        if part.kind in "veh" or (part.kind == "b" and not is_current(part)):
-            raise InputError(
-                f"deck {file} must have a source at the piezo's nets, but the source {part.name} is "
-                f"in series with {device.drives[0].name}: write the piezo's own model as one source "
-                "with its mass, spring and damper as L, C and R in series, and its capacitor"
-            )
-
-
-def _refuse_behind(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
-    """Refuse a current source in series with one part, behind which is its capacitor."""
-    at = connected(elements)
-    for near, far in (device.nets, device.nets[::-1]):
-        others = without(at[net_of(near)], device.elements)
-        if net_of(near) == "0" or len(others) != 1 or others[0].kind not in "rl":
-            continue
-        [part] = others
-        ends = {*map(net_of, part.nodes[:2]), net_of(far)} - {net_of(near)}
-        across = [e.name for e in elements if e.kind == "c" and is_across(e, ends)]
-        if across:
-            raise InputError(
-                f"deck {file} must have the piezo's capacitor at its current source, but "
-                f"{part.name} is between {device.drives[0].name} and {across[0]}: leave out "
-                f"{part.name}, whose voltage does not change the current"
-            )
-
-
-def _refuse_probe(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
-    """Refuse a voltage source and its capacitor with elements between them that may only measure."""
-    drives = device.drives
-    if device.capacitors or device.motion or is_current(drives[0]):
-        return
-    nets = {*map(net_of, device.nets)}
-    for net in nets - {"0"}:
-        others = without(connected(elements)[net], drives)
-        series = [each for each in others if each.kind == "c" and not is_across(each, nets)]
-        probes = without(others, series)
-        if len(series) == 1 and probes and all(_is_probe(each, nets) for each in probes):
-            names = ", ".join(each.name for each in probes)
-            raise InputError(
-                f"deck {file} must have nothing else between {drives[0].name} and the piezo's "
-                f"capacitor {series[0].name}, but {names} are there: leave out those that only "
-                f"measure, or give {','.join(device.nets)} by `terminals` if {series[0].name} is of "
-                "the board"
-            )
-
-
-def _is_probe(element: Element, nets: Set[str]) -> bool:
-    """Whether an element at a voltage source between two nets may only measure."""
-    value = element.value
-    if element.kind == "r":
-        large = value is not None and value.is_constant and value.value >= LEAST_PROBE
-        return large or is_across(element, {*nets})
-    return element.kind == "x" or is_ammeter(element)
-
-
-def _refuse_half(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
-    """Refuse a motional branch that ends at its mass, as a probe between mass and spring ends it."""
-    kinds = {each.kind for each in device.motion}
-    if device.capacitors or "l" not in kinds or "c" in kinds:
-        return
-    ends = {*map(net_of, device.nets)} - {"0"}
-    others = without((e for net in ends for e in connected(elements)[net]), device.elements)
-    names = ", ".join(each.name for each in distinct(others)) or "no elements"
-    raise InputError(
-        f"deck {file} must have a mass, a spring and a damper as L, C and R in series, with nothing "
-        f"else between them, but {names} are at the end of {device.motion[-1].name}: leave out those "
-        "that only measure"
-    )
 
 
 class Removed:
