@@ -106,20 +106,21 @@ class Slow(Request, Engine):
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """The mean power over the time of the slow run but for its first quarter, in which it settles."""
         from harvester.mechanics.kernels.compiled import compilation
-        from harvester.storage.noisy_power import noisy_power
-        from harvester.storage.steady_power import steady_power
+        from harvester.storage import noisy_power, steady_power
 
         if not self.judged:
             return self.quick(scene)
         problem, cut = self._parted(scene)
         is_random = problem.equations.is_random
-        power_of = noisy_power if is_random else steady_power
+        power_of = noisy_power.noisy_power if is_random else steady_power.steady_power
+        compile_direct = noisy_power.compile_direct if is_random else steady_power.compile_direct
         known = existence(problem)
         begin = time.perf_counter()
         budget = number(self.budget)
         with compilation():
             if budget is not None:  # which does not include compilation
                 self.quick(problem)
+                compile_direct(problem, cut)
                 begin = time.perf_counter()
             deadline = None if budget is None else begin + budget
             solution = power_of(problem, cut, self.seed, deadline)

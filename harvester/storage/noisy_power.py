@@ -59,6 +59,7 @@ DIRECT = 50.0  # time constants of the mass of the direct run
 # duration of the whole over that of the first measurement; least fraction of runs and direct time
 # in a short budget
 WHOLE, LEAST_SHARE = 50.0, 0.2
+PILOT_STEPS = 2  # of a run that only compiles
 CHECKED = 4  # slow runs that are as long as the first
 GAINING = 0.7  # of what they leave, for the direct run
 # times the seconds of the first slow run, those of others; times those of mass and circuit
@@ -172,6 +173,14 @@ def noisy_power(
         current=table,
         load=of_load(path),
     )
+
+
+def compile_direct(problem: Problem, cut: Cut) -> None:
+    """Compile mass and circuit together, by a direct run of some steps, before a budget begins."""
+    whole = compiled_circuit(problem.load_circuit, problem.scales)
+    circuit = SlowCircuit(problem.load_circuit, cut, problem.scales)
+    seconds = PILOT_STEPS * step_from_rest(problem.equations) / problem.scales.frequency
+    _together(problem, whole, circuit, JUDGED * [circuit.circuit.rest], seconds, seed=0)
 
 
 def _table(

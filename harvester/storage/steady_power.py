@@ -48,6 +48,7 @@ from harvester.uncertainty.value import Value
 # time constants of the direct run; times that, where it takes the slow one's place
 DIRECT, LONGER = 150.0, 4.0
 PILOT = 100.0  # nondimensional time of a run that measures the pace
+PILOT_STEPS = 16  # of a run that only compiles
 RUNGS = 1.5 * VOLTAGES * (FADED + 1.0)  # time constants of the rectifier's current, by two steps
 
 
@@ -129,6 +130,11 @@ def steady_power(
         current=table,
         load=of_load(path),
     )
+
+
+def compile_direct(problem: Problem, cut: Cut) -> None:
+    """Compile mass and circuit together, by a direct run of some steps, before a budget begins."""
+    _direct(problem, PILOT_STEPS * step_from_rest(problem.equations) / problem.scales.frequency)
 
 
 def _least_seconds(problem: Problem) -> float:
