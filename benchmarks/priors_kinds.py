@@ -5,10 +5,11 @@
     python benchmarks/priors_kinds.py --page     # into docs/prediction_width.md
 
 benchmarks/priors_fit.py has one model error for all devices that are not linear.  Here a device has one of three kinds
-(column ``kind`` of benchmarks/real_devices.csv): ``linear``; ``loss``, with a stop or a store, whose further losses no
-source states; and ``spring``, with a nonlinear spring, which may have two responses.  Each kind has a model error, and
-``loss`` a median factor of the power, `Kinds.offset` its logarithm, which is a normal number with a standard deviation
-of `OFFSET` before the fit.  The variance of the factor, by the curvature of the likelihood, is part of an interval.
+(column ``kind`` of benchmarks/real_devices.csv): ``linear``; ``loss``, with a stop or a storage capacitor, whose
+further losses no source states; and ``spring``, with a nonlinear spring, which may have two responses.  Each kind
+has a model error, and ``loss`` a median factor of the power, `Kinds.offset` its logarithm, which is a normal number
+with a standard deviation of `OFFSET` before the fit.  The variance of the factor, by the curvature of the likelihood,
+is part of an interval.
 A device left out is in no number of its own fit; the kinds themselves were chosen with all devices known.
 """
 
@@ -44,7 +45,7 @@ from harvester.studies.prediction import priors
 PAGE = HERE.parent / "docs" / "prediction_width.md"
 BEGIN, END = "<!-- by benchmarks/priors_kinds.py --page -->", "<!-- end -->"
 KINDS = {row["device"]: row["kind"] for row in rows("real_devices.csv")}
-TITLES = {"linear": "linear", "loss": "stop or store", "spring": "nonlinear spring"}
+TITLES = {"linear": "linear", "loss": "stop or storage capacitor", "spring": "nonlinear spring"}
 OFFSET = 0.7
 FIRST = np.log([1.0, 0.15, 0.5, 1.0])
 Ends = tuple[float, float]
@@ -319,8 +320,9 @@ def block(results: Everything) -> list[str]:
         *later(),
         "",
         f"Fit on all devices: factor of the spreads {final.factor:.2f}; model error {100.0 * final.linear:.0f} % "
-        f"(linear), {100.0 * final.loss:.0f} % (stop or store) and {100.0 * final.spring:.0f} % (nonlinear spring); "
-        f"power with a stop or a store {math.exp(final.offset):.2f} of the computed one, within "
+        f"(linear), {100.0 * final.loss:.0f} % (stop or storage capacitor) and "
+        f"{100.0 * final.spring:.0f} % (nonlinear spring); "
+        f"power with a stop or a storage capacitor {math.exp(final.offset):.2f} of the computed one, within "
         f"{100.0 * final.offset_error:.0f} % (standard deviation).",
     ]
 

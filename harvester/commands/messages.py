@@ -13,6 +13,7 @@ import click
 from harvester.errors import InputError, shown
 
 _ARGUMENT = re.compile(r"`([a-z][a-z_]*)`")
+_OTHER_NAMES = {"ledger": "energy_balance"}  # of options, by argument
 _FILE = re.compile(r"`?\bFILE\b`?")
 _WARNING = re.compile(r"^(\s*)(warning)(?=[:,])", re.MULTILINE)
 
@@ -24,7 +25,12 @@ def coloured() -> bool | None:
 
 def typed(text: str) -> str:
     """Turn the arguments in a text of the library, `name` in backticks, into options: --name."""
-    return _ARGUMENT.sub(lambda m: "--" + m[1].replace("_", "-"), text).replace("`FILE`", "FILE")
+    return _ARGUMENT.sub(lambda m: _option(m[1]), text).replace("`FILE`", "FILE")
+
+
+def _option(argument: str) -> str:
+    """The option of an argument of the library."""
+    return "--" + _OTHER_NAMES.get(argument, argument).replace("_", "-")
 
 
 def echo(text: str, err: bool = False, nl: bool = True) -> None:

@@ -15,8 +15,15 @@ _MEASURED = {  # what a bench measures (`harvester.explore.measured`): unit and 
     "oscillator.q": ("", "quality factor, which turns the damping"),
     "piezo.open_circuit_frequency": ("Hz", "resonance in open circuit, which turns the coupling"),
 }
-_OWN_MEANING = {"R": "load resistance", "C": "smoothing capacitance", "L": "the coil's inductance"}
-_OWN_MEANING |= {"Rcoil": "resistance of the coil's wire", "Rcore": "resistance of the coil's core"}
+_OWN_MEANING = {
+    "R": "load resistance",
+    "C": "smoothing capacitance",
+    "L": "the inductor's inductance",
+}
+_OWN_MEANING |= {
+    "Rcoil": "resistance of the inductor's wire",
+    "Rcore": "resistance of the inductor's core",
+}
 _OWN_MEANING |= {
     "Is": "the diodes' saturation current (A)",
     "N": "the diodes' emission coefficient",

@@ -428,6 +428,6 @@ LEDGER = "ledger_"  # before the names of mean powers of the energy ledger
 
 def term(name: str) -> Term:
     """The meaning of a name; one that is not in the glossary represents itself."""
-    return GLOSSARY.get(name) or Term(
-        name.replace("_", " "), "power" if name.startswith(LEDGER) else ""
-    )
+    if name not in GLOSSARY and name.startswith(LEDGER):
+        return Term("energy balance, " + name.removeprefix(LEDGER).replace("_", " "), "power")
+    return GLOSSARY.get(name) or Term(name.replace("_", " "), "")

@@ -27,7 +27,7 @@ def test_details_have_units():
         ("trajectories", "4096"),
         ("warm-up", "7.6 s of computing"),
         ("power balance, of the power in", "2.4 +- 2 (95 %, sampling) +- 0.1 (step) %"),
-        ("ledger input", "8.1 uW"),
+        ("energy balance, input", "8.1 uW"),
         ("energy balance residual, of its largest entry", "-0.03 %"),
         ("step error", "2 nW"),
         ("slow part of E[V^2]", "about 14 %"),
@@ -37,7 +37,7 @@ def test_details_have_units():
 
 def test_a_nondimensional_scene_says_what_its_times_are():
     found = dict(mapping_rows(DETAILS, NONDIMENSIONAL))
-    assert (found["step"], found["ledger input"]) == ("0.003337 (1/w0)", "8.1e-06")
+    assert (found["step"], found["energy balance, input"]) == ("0.003337 (1/w0)", "8.1e-06")
     assert found["warm-up"] == "7.6 s of computing"
 
 

@@ -24,7 +24,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "ball_not_drawn": "the ball is not drawn: the figure shows the motion of the mass that carries it",
     "predicted_from_priors": "the interval of a real device has the spread of its parameters and {model:g} % of "
     "the power for the model error; the error of the computation is separate",
-    "predicted_stop": "measured devices with a stop or a store gave {percent:.3g} % of the "
+    "predicted_stop": "measured devices with a stop or a storage capacitor gave {percent:.3g} % of the "
     "computed power, which is the median factor of the model error",
     "predicted_guesses": "the origin of {quantities} is unknown: state a better one with `known`",
     "predicted_detuned": "the excitation has a fixed frequency, from which the resonance may deviate: "

@@ -16,6 +16,7 @@ from harvester.errors import CannotServeError, InputError, SimulationError, name
 from harvester.machine import files
 from harvester.machine.cores import cores
 from harvester.machine.execution import DEFAULT, Execution
+from harvester.machine.progress import working
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
@@ -109,29 +110,30 @@ def design(
     begin = time.perf_counter()
     names = _names(circuits, chips, problem)
     farads = capacitor(capacitance(needed, device), device)
-    candidates, left_out = _nominal(device, names, needed, farads, seed, execution)
-    if circuits is None and chips is None:
-        left_out += _chips_not_compared(names)
-    meeting = {
-        name: candidate
-        for name, candidate in candidates.items()
-        if not candidate[1].unmet(_need(needed, name))
-    }
-    if not meeting:
-        raise InputError(_nearest(candidates, needed, problem, left_out))
-    shares = (
-        _shares(
-            device,
-            meeting,
-            needed=needed,
-            farads=farads,
-            spreads=spreads,
-            seed=seed,
-            execution=execution,
+    with working(execution.progress):
+        candidates, left_out = _nominal(device, names, needed, farads, seed, execution)
+        if circuits is None and chips is None:
+            left_out += _chips_not_compared(names)
+        meeting = {
+            name: candidate
+            for name, candidate in candidates.items()
+            if not candidate[1].unmet(_need(needed, name))
+        }
+        if not meeting:
+            raise InputError(_nearest(candidates, needed, problem, left_out))
+        shares = (
+            _shares(
+                device,
+                meeting,
+                needed=needed,
+                farads=farads,
+                spreads=spreads,
+                seed=seed,
+                execution=execution,
+            )
+            if spreads
+            else {}
         )
-        if spreads
-        else {}
-    )
     order = _order(meeting, shares)
     chosen, best = candidates[order[0]]
     smallest = capacitance(needed, device, best.kept)

@@ -99,7 +99,7 @@ def test_sampled_probes():
             assert 0.0 < value.bias < 0.2 * value.value and value.error95 > value.sampling95
     assert found.details["error_of_ledger_circuit_d1"] > 0.0
     assert found.details["ledger_load_stderr"] == pytest.approx(power.normal_stderr, rel=0.05)
-    assert "ledger circuit d1" in str(found) and "% (95 %)" in str(found)
+    assert "energy balance, circuit d1" in str(found) and "% (95 %)" in str(found)
     assert current.least.value < 0.0 < current.mean.value < current.largest.value
     assert all(word in str(found) for word in ("\n  store\n", "window", "largest"))
 
@@ -138,4 +138,4 @@ def test_other_engines_have_no_circuit(harvester):
     assert (status, "--probe must be left out with engine 'ensemble'" in wrong) == (2, True)
     for option in ("--ledger", "--energy-balance"):
         status, _, wrong = harvester("run", "examples/plate.toml", "--engine", "spice", option)
-        assert (status, "--ledger must be used with a netlist" in wrong) == (2, True)
+        assert (status, "--energy-balance must be used with a netlist" in wrong) == (2, True)

@@ -9,6 +9,7 @@ import pytest
 
 import harvester as hv
 from harvester.equations.problem import Problem
+from harvester.machine.progress import NoProgress
 from harvester.storage.bought_parts import CHIPS, COILS
 from harvester.storage.measured_current import measured
 from harvester.storage.rectified_current import RectifiedCurrent
@@ -43,6 +44,23 @@ def test_what_is_available_is_what_another_engine_finds(bridge):
         bridge.verdict == {NEEDS: True, "awake in 2 s": True}
         and bridge.bound.value > bridge.available.value
     )
+
+
+def test_its_progress_begins_once_and_ends():
+    told = []
+
+    class Told(NoProgress):
+        def start(self, total=None, what="", done=0):
+            told.append("start")
+
+        def step(self, done=1, what=""):
+            told.append(what)
+
+        def close(self):
+            told.append("close")
+
+    hv.design(SCENE, needs=NEEDS, circuits=["bridge"], execution=hv.Execution(progress=Told()))
+    assert told == ["start", "bridge", "close"]
 
 
 def deviation_of_yield(decision, watts, **settings):
