@@ -32,9 +32,9 @@ BOUNDS = [
     ("calls f(*packed)", 1, 0),
     ("calls with seven positional arguments", 7, 7),
     ("questions of which load or how many modes", 164, 60),
-    ("one-importer modules", 88, 25),
+    ("one-importer modules", 90, 25),
     ("lines above 100 columns", 2618, 0),
-    ("thousands of tokens", 611, 445),
+    ("thousands of tokens", 615, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
