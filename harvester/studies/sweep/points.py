@@ -4,9 +4,10 @@ import csv
 import io
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from harvester.errors import InputError, invalid, named_once, shown
 from harvester.machine import files
 from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
+
+Values: TypeAlias = str | Sequence[float | str]  # of a key
 
 MOST_POINTS = 100_000
 MOST_BYTES = 64_000_000  # of a list of points
@@ -63,7 +66,20 @@ def read_axis(text: str) -> Axis:
     return Axis(key, tuple(map(float, values)))
 
 
-def axis_of(key: str, values: str | Sequence[float | str]) -> Axis:
+def axes_of(vary: Mapping[str, Values] | Sequence[Axis | str] | str) -> list[Axis]:
+    """The axes of ``vary``, as of `harvester.studies.sweep.sweep.sweep`; raises InputError for another form."""
+    if isinstance(vary, Mapping):
+        return [axis_of(key, some) for key, some in vary.items()]
+    axes = list[Axis]()
+    for entry in [vary] if isinstance(vary, str) else vary:
+        if not isinstance(entry, Axis | str):
+            must = "be KEY=VALUES, such as 'load.resistance=1k:10M:25', or an Axis"
+            raise invalid("`vary`", must, entry)
+        axes.append(read_axis(entry) if isinstance(entry, str) else entry)
+    return axes
+
+
+def axis_of(key: str, values: Values) -> Axis:
     """The axis of a key and its values: numbers in SI units, texts with units, or one text; raises as `read_axis`."""
     if isinstance(values, str):
         return read_axis(f"{key}={values}")

@@ -1,7 +1,7 @@
 """The public function of a sweep: from keys and values, as a user writes them, to the points that are computed."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from harvester.engines.compiled import Compiled
 from harvester.engines.ideal import Ideal
@@ -12,18 +12,17 @@ from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.studies.sweep.compute import compute_table
-from harvester.studies.sweep.points import Axis, Points, axis_of, grid
+from harvester.studies.sweep.points import Axis, Points, Values, axes_of, grid
 from harvester.studies.sweep.sweep_table import SweepTable
 
 # "1k:10M:25", or numbers in SI units and texts with their unit
-Values: TypeAlias = str | Sequence[float | str]
 
 
 @names_arguments
 def sweep(
     scene: AnyScene,
     *,
-    vary: Mapping[str, Values] | Points | Sequence[Axis],
+    vary: Mapping[str, Values] | Points | Sequence[Axis | str] | str,
     engines: Sequence[Named] | str | None = None,
     execution: Execution = DEFAULT,
     common_noise: bool = False,
@@ -34,10 +33,11 @@ def sweep(
     ----------
     scene : Scene or path
         a `Scene`, or the path of a scene file.
-    vary : mapping or Points or list of Axis
+    vary : mapping or Points or list of Axis or str, or str
         scene keys, such as "load.resistance", and their values: numbers in SI units, texts with
         their unit ("1 kohm"), or one text FROM:TO:COUNT as on the command line, such as
-        "1k:10M:25", whose values each are the same multiple of the one before.
+        "1k:10M:25", whose values each are the same multiple of the one before. Texts have the form
+        of the command line, such as "load.resistance=1k:10M:25".
     engines : list of Engine or str, or str, optional
         engines or their names; "all" for those that support the scene.  By default `Exact` for a
         linear scene, for a netlist `Spice` next to `Ideal`, else `Ensemble` next to the formulas,
@@ -76,7 +76,7 @@ def sweep(
         raise InputError(
             "`vary` must have a scene key, such as {'load.resistance': '1k:10M:25'}, but has none"
         )
-    axes = [axis_of(key, some) for key, some in vary.items()] if isinstance(vary, Mapping) else vary
+    axes = vary if isinstance(vary, Points) else axes_of(vary)
     problem = Problem.of(scene)
     which = chosen(problem, engines)
     points = axes if isinstance(axes, Points) else grid(axes)

@@ -8,7 +8,7 @@ import pytest
 import harvester as hv
 from harvester.errors import InputError
 from harvester.scene.keys import unit_of
-from harvester.studies.sweep.points import Axis, Points, grid, read_axis, read_points
+from harvester.studies.sweep.points import Axis, Points, axes_of, grid, read_axis, read_points
 from tests.support.paths import ROOT
 
 PLATE = hv.load(ROOT / "examples" / "plate_with_stop.toml")
@@ -128,3 +128,13 @@ def test_units():
         "1",
         "ohm",
     ]
+
+
+def test_axes_may_be_texts_of_the_command_line():
+    """A list of texts, which `optimise` accepts, ended in an AttributeError."""
+    (axis,) = axes_of(["load.resistance=1k,2k"])
+    assert axes_of("load.resistance=1k,2k") == axes_of({"load.resistance": "1k,2k"}) == [axis]
+    assert axis.values == (1e3, 2e3)
+    assert axes_of([axis]) == [axis]
+    with pytest.raises(InputError, match="`vary` must be KEY=VALUES"):
+        axes_of([3.0])
