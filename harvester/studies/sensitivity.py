@@ -183,8 +183,12 @@ def _of_circuit(
     from harvester.studies.circuit_sensitivity import elasticities, keys_with_elements
 
     if Slow.refusal(problem) is None:
-        power = Slow(budget=None if budget is None else JUDGED * budget).run(problem).mean_power
-        deadline = math.inf if budget is None else time.monotonic() + budget * (1.0 - JUDGED)
+        whole = Slow(budget=None if budget is None else JUDGED * budget).run(problem)
+        power = whole.mean_power
+        deadline = math.inf
+        if budget is not None:  # with the time that the power left of its part
+            rest = max(budget - whole.seconds, (1.0 - JUDGED) * budget)
+            deadline = time.monotonic() + rest
         quick = Slow(judged=False)
         values = dict(keys_with_elements(problem))
         done = by_differences(problem, quick, values, progress or _silent, deadline)
