@@ -17,7 +17,7 @@ from harvester.cosimulation.lockstep import any_mechanics
 from harvester.cosimulation.lockstep.any_mechanics import Functions, ModelRecord
 from harvester.cosimulation.lockstep.model_drive import ModelDrive
 from harvester.cosimulation.lockstep.state import STATE, Point
-from harvester.cosimulation.model_errors import FUNCTIONS, of_model
+from harvester.cosimulation.model_errors import of_model
 from harvester.cosimulation.ngspice.compiled_callbacks import (
     _F8,
     _I4,
@@ -90,7 +90,7 @@ def compiled_model(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> Comp
 
     ``absent`` states which of its coefficients are None.
     """
-    return _compiled_model(kind, state_kind, absent, values_named(kind, FUNCTIONS))
+    return _compiled_model(kind, state_kind, absent, values_named(kind))
 
 
 @cache
@@ -132,7 +132,7 @@ def _compiled_model(
 
 def compiled(kind: Any, state_kind: Any, absent: tuple[bool, ...]) -> tuple[Any, Any]:
     """A model's source and step as C functions, for the arguments of `compiled_model`."""
-    return _compiled(kind, state_kind, absent, values_named(kind, FUNCTIONS))
+    return _compiled(kind, state_kind, absent, values_named(kind))
 
 
 @cache

@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from harvester.cosimulation.model_errors import FUNCTIONS
 
-def values_named(of: Any, names: Iterable[str]) -> tuple[Hashable, ...]:
+
+def values_named(of: Any, names: Iterable[str] = FUNCTIONS) -> tuple[Hashable, ...]:
     """The functions of a class and the globals and closures that they name, as a key of a cache."""
     seen = set[types.FunctionType]()
     return tuple(_key(getattr(of, name, None), seen) for name in names)
