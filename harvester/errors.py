@@ -3,6 +3,7 @@
 import difflib
 import functools
 import inspect
+import re
 import reprlib
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
@@ -130,7 +131,7 @@ class OutOfTimeError(CircuitError):
 
 
 NO_THREAD = ("can't start new thread",)  # of Python's RuntimeError
-NO_LOCK = ("can't allocate lock",)
+NO_LOCK = re.compile(r"can't allocate (\w+ )?lock")
 # file of its text; other texts, as of compiled circuits, have names of their own
 DATA_CLASS = "<string>"
 
@@ -169,7 +170,7 @@ def _is_lost_memory_error(error: Exception) -> bool:
         return name == DATA_CLASS or Path(name).is_relative_to(Path(__file__).parent)
     if isinstance(error, SystemError):
         return "without" in str(error)
-    if error.args == NO_LOCK:
+    if NO_LOCK.fullmatch(str(error)):
         return True
     cause = error.__context__
     while cause is not None and not isinstance(cause, MemoryError):

@@ -93,3 +93,9 @@ def test_a_defect_in_the_text_of_a_circuit_is_no_lack_of_memory():
         SyntaxError("invalid syntax", (name, 1, 1, "")) for name in ("<string>", "<circuit_1>")
     ]
     assert ["memory" in str(named(error)) for error in errors] == [True, False]
+
+
+def test_a_lock_without_memory_is_a_lack_of_memory():
+    """Python's locks and its locks of files have errors of their own."""
+    errors = [RuntimeError(f"can't allocate {kind}lock") for kind in ("", "read ")]
+    assert ["memory" in str(named(error)) for error in errors] == [True, True]
