@@ -1,6 +1,5 @@
 """The prediction of a real device: interval, computation error, next measurement."""
 
-import math
 from typing import ClassVar
 
 from harvester.presentation.diagnostic import Diagnostic
@@ -22,9 +21,9 @@ class RealDevice(Result):
         return f"{median} ({low} to {high})"
 
     @property
-    def ratio(self) -> float:
-        """The width of the interval: the high end over the low end."""
-        return self.high / self.low if self.low > 0.0 else math.inf
+    def ratio(self) -> float | None:
+        """The width of the interval: the high end over the low end; None if the low end is 0."""
+        return self.high / self.low if self.low > 0.0 else None
 
 
 class UncertainQuantity(Result):
@@ -32,8 +31,8 @@ class UncertainQuantity(Result):
 
     ``origin`` is the origin of its number, ``sigma`` the standard deviation of its logarithm
     (None: a uniform range), and ``width_after`` the ratio of the ends of the power's interval
-    after the quantity was measured at the level of use; None if a measurement narrows nothing, or
-    with points leaves too few devices to state it.
+    after the quantity was measured at the level of use; None if a measurement narrows nothing,
+    if the low end is 0, or if with points too few devices are left to state it.
     After single points of a data sheet ``factor`` is the median of the quantity over its number in
     the scene, and ``sigma_left`` the standard deviation of its logarithm; None without points.
     """

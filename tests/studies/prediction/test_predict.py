@@ -326,3 +326,9 @@ def test_devices_without_power_are_in_the_interval():
     assert (whole.low, whole.high) == pytest.approx((1.025, 1.975), abs=1e-4)
     assert some.low == 0.0
     assert some.median == pytest.approx(1.0 + 0.4 / 0.9, abs=1e-4)
+
+
+def test_an_interval_that_begins_at_0_has_no_width():
+    """A chip that may stay off has no power at the low end; the ratio was printed as inf."""
+    assert predictions.RealDevice(median=1.0, low=0.0, high=5.0, unit="W").ratio is None
+    assert predictions.RealDevice(median=1.0, low=2.0, high=5.0, unit="W").ratio == 2.5
