@@ -215,9 +215,9 @@ def _with_sheet(
     stated = data_sheet.channels(sheet, of_files, known)
     few = channels([thinned(data, 50) for data in measurements], bouncing)
     whole = channels(measurements, bouncing)
-    limits = sheet_answers.limits(of_files)
+    limits = sheet_answers.limits(sheet, of_files)
     best = fit(names, begins, known, (*whole, *stated), (*few, *stated), limits)
-    rivals = [] if "beta" in of_files else sheet_answers.rivals(best, begins)
+    rivals = [] if "beta" in of_files else sheet_answers.rivals(best, begins, limits)
     return best, rivals, sheet_answers.remarks(sheet, best, rivals, of_files)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from harvester.errors import InputError
 from harvester.identification import quantities
 from harvester.identification.data_sheet import NAMES, DataSheet, has_prior, written
-from harvester.identification.fit import DeviceFit, bounds, logs
+from harvester.identification.fit import RANGES, DeviceFit, Limits, bounds, logs
 from harvester.linear.single_points import COUPLED, QS
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 
@@ -23,9 +23,10 @@ ANOTHER = 0.2  # between the logarithms of the couplings of two answers
 ENDS = {"beta": "coupling theta^2/(K Cp)", "quality": "quality factor"}
 
 
-def limits(of_files: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """The limits of a fit: those of the parameters that no file determines."""
-    return {name: ends for name, ends in LIMITS.items() if name not in of_files}
+def limits(sheet: DataSheet, of_files: Sequence[str]) -> Limits:
+    """The limits of a fit: those of the parameters that neither a file nor a number of the sheet states."""
+    stated = {*of_files, *(["quality"] if "q" in sheet.names else [])}
+    return {name: ends for name, ends in LIMITS.items() if name not in stated}
 
 
 def remarks(
@@ -59,13 +60,18 @@ def remarks(
 def _refuse_an_end(sheet: DataSheet, best: DeviceFit, of_files: Sequence[str]) -> None:
     """InputError if a fit ends at a limit, as then no device has the numbers."""
     values = best.values()
-    for name, (low, high) in limits(of_files).items():
+    for name, (low, high) in limits(sheet, of_files).items():
         if name not in best.names or not _at_end(values, name):
             continue
         if values[name] < math.sqrt(low * high):
+            remedy = (
+                "check the units, peak or RMS, and the acceleration, or give another point"
+                if "mass" in best.fixed
+                else "give the mass in `known`, or another point"
+            )
             raise InputError(
                 f"{written(sheet.names)} must determine the {ENDS[name]}, but the fit ends at its "
-                f"least, {low:g}: give the mass in `known`, or another point"
+                f"least, {low:g}: {remedy}"
             )
         raise InputError(
             f"{written(sheet.names)} must be possible for one linear device, but the nearest one "
@@ -94,11 +100,11 @@ def _impossible(sheet: DataSheet, name: str, values: Mapping[str, float], off: f
     )
 
 
-def rivals(best: DeviceFit, begins: Sequence[dict[str, float]]) -> list[DeviceFit]:
-    """Second minima that are nearly as good, each with another coupling."""
+def rivals(best: DeviceFit, begins: Sequence[dict[str, float]], within: Limits) -> list[DeviceFit]:
+    """Second minima that are nearly as good, each with another coupling, ``within`` the limits of the fit."""
     from scipy.optimize import least_squares
 
-    lower, upper = bounds(best.names, LIMITS)
+    lower, upper = bounds(best.names, {**RANGES, **within})
     least = float(np.sum(best.weighted(best.p) ** 2))
     couplings = [math.log(quantities.coupling(best.values()))]
     answers = []

@@ -5,9 +5,10 @@ With the power P at the factors 1 + d and 1 - d of a key's value,
     E(d) = (ln P(1 + d) - ln P(1 - d))/(ln(1 + d) - ln(1 - d)),   E = (4 E(d/2) - E(d))/3,
 
 which is Richardson's extrapolation by the two differences that agree best.  d is halved at least
-once, and until the error is small.  The error is the largest difference between two successive E(d)
-and between two extrapolations: some agree by chance, by the noise in a table or on both flanks
-of a resonance that is narrower than d.  All answers have the same noise, so that the sampling
+once, and until the error is small.  The error is the last difference between two successive E(d)
+and two extrapolations if each is at most half of the one before, as of a smooth power; otherwise
+the largest of them, since some agree by chance, by the noise in a table or on both flanks of a
+resonance that is narrower than d.  All answers have the same noise, so that the sampling
 error is that of a difference.  A power law has the same E for any d.
 """
 
@@ -147,7 +148,10 @@ def _extrapolated(levels: Sequence[Value]) -> Value:
     values = [(4.0 * fine.value - coarse.value) / 3.0 for coarse, fine in pairs]
     gaps = [abs(fine.value - coarse.value) for coarse, fine in pairs]
     best = min(range(len(values)), key=gaps.__getitem__)
-    bias = max(*gaps, max(values) - min(values))
+    if len(gaps) > 2 and all(fine <= 0.5 * coarse for coarse, fine in pairwise(gaps)):
+        bias = max(gaps[-1], abs(values[-1] - values[-2]))
+    else:
+        bias = max(*gaps, max(values) - min(values))
     fine = pairs[best][1]
     stderr = None if fine.stderr is None else 4.0 / 3.0 * fine.stderr
     return Value(values[best], stderr, bias, unknown=fine.unknown)

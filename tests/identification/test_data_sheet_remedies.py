@@ -103,3 +103,21 @@ def test_the_command_has_the_options_that_were_given():
         "a b.csv@short", "--open-circuit-voltage", "9 V at 1 g", "--known", "gap=1 mm",
         "--prior", "film",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("q", ["1.8", "150000"])
+def test_a_stated_quality_factor_has_no_limits(q):
+    """The limits of a fit are those of numbers that nothing states."""
+    points = {"frequency": "60 Hz", "capacitance": "30 nF", "open_circuit_frequency": "62 Hz"}
+    found = hv.identify(known={"mass": "4 g"}, points=points | {"q": q})
+    assert found["quality_factor"].value == pytest.approx(float(q), rel=0.01)
+
+
+def test_a_coupling_at_its_least_with_a_known_mass_asks_for_the_numbers():
+    points = {
+        "frequency": "60 Hz",
+        "capacitance": "30 nF",
+        "open_circuit_voltage": "1 uV at 0.25 g",
+    }
+    with pytest.raises(hv.InputError, match="ends at its least, 1e-08: check the units"):
+        hv.identify(known={"mass": "4 g"}, points=points)

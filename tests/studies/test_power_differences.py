@@ -65,7 +65,7 @@ def test_a_resonance_is_within_its_error():
     at = -0.02 / 0.03
     true = -2.0 * at / 0.03 / (1.0 + at**2)
     assert abs(peak.value - true) < 0.05 * true
-    assert abs(peak.value - true) < peak.bias < 0.5 * true
+    assert abs(peak.value - true) < peak.bias < 0.1 * true
 
 
 def resonator(damping_ratio, detuning, coupling=1e-4):

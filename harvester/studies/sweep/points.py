@@ -4,7 +4,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -17,7 +17,8 @@ from harvester.machine import files
 from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
 
-Values: TypeAlias = str | Sequence[float | str]  # of a key
+# of a key: "1k:10M:25", or numbers in SI units and texts with their unit
+Values: TypeAlias = str | Sequence[float | str]
 
 MOST_POINTS = 100_000
 MOST_BYTES = 64_000_000  # of a list of points
@@ -70,10 +71,12 @@ def axes_of(vary: Mapping[str, Values] | Sequence[Axis | str] | str) -> list[Axi
     """The axes of ``vary``, as of `harvester.studies.sweep.sweep.sweep`; raises InputError for another form."""
     if isinstance(vary, Mapping):
         return [axis_of(key, some) for key, some in vary.items()]
+    must = "be KEY=VALUES, such as 'load.resistance=1k:10M:25', or an Axis"
+    if isinstance(vary, bytes) or not isinstance(vary, Iterable):
+        raise invalid("`vary`", must, vary)
     axes = list[Axis]()
     for entry in [vary] if isinstance(vary, str) else vary:
         if not isinstance(entry, Axis | str):
-            must = "be KEY=VALUES, such as 'load.resistance=1k:10M:25', or an Axis"
             raise invalid("`vary`", must, entry)
         axes.append(read_axis(entry) if isinstance(entry, str) else entry)
     return axes

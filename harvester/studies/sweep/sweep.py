@@ -15,8 +15,6 @@ from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.points import Axis, Points, Values, axes_of, grid
 from harvester.studies.sweep.sweep_table import SweepTable
 
-# "1k:10M:25", or numbers in SI units and texts with their unit
-
 
 @names_arguments
 def sweep(

@@ -136,5 +136,6 @@ def test_axes_may_be_texts_of_the_command_line():
     assert axes_of("load.resistance=1k,2k") == axes_of({"load.resistance": "1k,2k"}) == [axis]
     assert axis.values == (1e3, 2e3)
     assert axes_of([axis]) == [axis]
-    with pytest.raises(InputError, match="`vary` must be KEY=VALUES"):
-        axes_of([3.0])
+    for wrong in ([3.0], 3, b"x"):
+        with pytest.raises(InputError, match="`vary` must be KEY=VALUES"):
+            axes_of(wrong)
