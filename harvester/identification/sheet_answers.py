@@ -24,7 +24,7 @@ ENDS = {"beta": "coupling theta^2/(K Cp)", "quality": "quality factor"}
 
 
 def limits(sheet: DataSheet, of_files: Sequence[str]) -> Limits:
-    """The limits of a fit: those of the parameters that neither a file nor a number of the sheet states."""
+    """The limits of a fit: those of parameters that neither files nor the sheet state."""
     stated = {*of_files, *(["quality"] if "q" in sheet.names else [])}
     return {name: ends for name, ends in LIMITS.items() if name not in stated}
 
@@ -101,7 +101,7 @@ def _impossible(sheet: DataSheet, name: str, values: Mapping[str, float], off: f
 
 
 def rivals(best: DeviceFit, begins: Sequence[dict[str, float]], within: Limits) -> list[DeviceFit]:
-    """Second minima that are nearly as good, each with another coupling, ``within`` the limits of the fit."""
+    """Second minima ``within`` the limits, nearly as good, each with another coupling."""
     from scipy.optimize import least_squares
 
     lower, upper = bounds(best.names, {**RANGES, **within})

@@ -239,17 +239,20 @@ def _without_keyboard_interrupts() -> Iterator[None]:
 @contextmanager
 def _streams_to_flush() -> Iterator[None]:
     """Start processes also if stdout or stderr is missing, closed or cannot be flushed, as loky does."""
-    streams = {"stdout": sys.stdout, "stderr": sys.stderr}
-    for name, stream in streams.items():
+    replaced: dict[str, tuple[Any, Any]] = {}
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
         try:
             stream.flush()
         except (AttributeError, ValueError, OSError):
-            setattr(sys, name, io.StringIO())
+            replaced[name] = stream, io.StringIO()
+            setattr(sys, name, replaced[name][1])
     try:
         yield
     finally:
-        for name, stream in streams.items():
-            setattr(sys, name, stream)
+        for name, (stream, ours) in replaced.items():
+            if getattr(sys, name) is ours:  # else another thread has set its own meanwhile
+                setattr(sys, name, stream)
 
 
 def _begin(parent: int, folder: str | None) -> None:

@@ -290,7 +290,8 @@ def _on_piezo(piezo: DeckDevice, capacitance: str) -> Iterator[Diagnostic]:
     for code, is_meter in (("deck_motion", False), ("deck_meter", True)):
         parts = [each.line.text[:60] for each in piezo.motion if (each.kind == "v") == is_meter]
         if parts:
-            yield note(code, text=", ".join(parts))
+            is_branch = is_meter or any(each.kind == "l" for each in piezo.motion)
+            yield note(code if is_branch else "deck_series", text=", ".join(parts))
     yield from _on_capacitors(piezo.capacitors, capacitance)
     if not piezo.drives:
         yield note("deck_no_drive", nets=nets)

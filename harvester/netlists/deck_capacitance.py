@@ -20,8 +20,11 @@ DEEPEST = 100  # parameters that need each other in turn
 
 def parameters_of(text: str) -> dict[str, str]:
     """The texts of the parameters that a card sets, by their names in lower case."""
-    pairs = re.findall(r"(\w+)\s*=\s*(\{[^}]*\}|'[^']*'|\S+)", text)
-    return {name.lower(): value for name, value in pairs}
+    pairs = re.findall(
+        r"(\w+)\s*=(?!=)\s*((?:\{[^}]*\}|'[^']*'|\"[^\"]*\"|(?!\s*,?\s*\w+\s*=(?!=))[^{}'\"])+)",
+        text,
+    )
+    return {name.lower(): value.strip().rstrip(",").strip() for name, value in pairs}
 
 
 def capacitance_of(device: DeckDevice, parameters: Mapping[str, str]) -> str:
@@ -37,7 +40,7 @@ def capacitance_of(device: DeckDevice, parameters: Mapping[str, str]) -> str:
     call = next((each for each in device.drives if each.kind == "x"), None)
     given = {} if call is None else {key: deck.value(tree) for key, tree in call.options.items()}
     times = given.pop("m", 1.0)
-    names = deck if call is None else _Names({**parameters, **device.parameters}, given)
+    names = deck if call is None else _Names(device.parameters, given, deck)
     total = 0.0
     for each in device.capacitors:
         value = _product(names, each)
@@ -74,11 +77,15 @@ class _Names:
     """The values of names: those of a call, and others by their texts."""
 
     def __init__(
-        self, texts: Mapping[str, str], given: Mapping[str, float | None] | None = None
+        self,
+        texts: Mapping[str, str],
+        given: Mapping[str, float | None] | None = None,
+        outer: "_Names | None" = None,
     ) -> None:
+        self.outer = outer
+        self.sought: list[str] = []
         self.texts = texts
         self.values = dict(given or {})
-        self.depth = 0
 
     def value(self, tree: Node) -> float | None:
         """The value of a tree; None if it is not known."""
@@ -92,11 +99,17 @@ class _Names:
         return node if value is None else constant(value)
 
     def _named(self, name: str) -> float | None:
-        if name not in self.values and name in self.texts and self.depth < DEEPEST:
-            self.values[name] = None  # while it is sought, and if it needs itself
-            self.depth += 1
-            # an error is the board's, which refuses the card if it has it
-            with contextlib.suppress(InputError):
-                self.values[name] = self.value(parameter_value(self.texts[name].lower(), name))
-            self.depth -= 1
-        return self.values.get(name)
+        if name in self.values:
+            return self.values[name]
+        if name not in self.texts or self.sought[-1:] == [name]:  # c={c} is the deck's
+            return None if self.outer is None else self.outer._named(name)
+        if name in self.sought or len(self.sought) == DEEPEST:
+            return None
+        self.sought.append(name)
+        value = None
+        # an error is the board's, which refuses the card if it has it
+        with contextlib.suppress(InputError):
+            value = self.value(parameter_value(self.texts[name].lower(), name))
+        self.sought.pop()
+        self.values[name] = value
+        return value

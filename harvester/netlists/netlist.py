@@ -22,7 +22,7 @@ from harvester.netlists.expression import BRACES, SOURCES
 from harvester.netlists.expression_tree import Node
 from harvester.netlists.ltspice import parts_of
 from harvester.netlists.model_lines import WrittenModel, model_name, read_model
-from harvester.netlists.read_lines import DRIVES, DeckError, Line, read_lines
+from harvester.netlists.read_lines import DRIVES, DeckError, Line, own_lines, read_lines
 from harvester.netlists.words import Words, assignments, parameter_value
 
 _RESERVED = frozenset({*BRACES.functions, *SOURCES.constants, "pwl", "time", "temper", "hertz"})
@@ -141,7 +141,12 @@ def read_netlist(
 
     Raises InputError, in one line, for anything that no netlist here may have.
     """
-    lines = list(read_lines(path, root, text))
+    try:
+        lines = list(read_lines(path, root, text))
+    except DeckError as missing:  # a library that is not there, which adopt leaves out of a bench
+        if text is not None or _has_bench(own_lines(path)):
+            raise
+        raise InputError(str(missing)) from None
     if not board and not any(line.word in (".subckt", ".ends") for line in lines):
         error = InputError(
             f"netlist {path.name} must hold a subcircuit (.subckt to .ends), or be a board with load.terminals, "
@@ -151,10 +156,12 @@ def read_netlist(
         raise DeckError(str(error)) if any(line.word[:1] in DRIVES for line in lines) else error
     try:
         netlist = _parsed(path.name, lines, board)
-    except DeckError as error:
+    except DeckError as refused:
         if _has_bench(lines):
             raise
-        raise InputError(f"{error}: leave out the line") from None
+        has_commands = any(line.word == ".control" for line in lines)
+        more = ", and all lines from .control to .endc" if has_commands else ""
+        raise InputError(f"{refused}: leave out the line{more}") from None
     if library is not None:
         _add_parts(netlist, _parts(library))
     known = frozenset(netlist.outside.cards)

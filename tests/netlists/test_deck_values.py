@@ -87,6 +87,38 @@ def test_an_unintended_capacitance_of_the_piezo_is_a_warning(tmp_path, written, 
     assert code in {one.code for one in adopted(tmp_path, written).diagnostics}
 
 
+@pytest.mark.parametrize(
+    ("cards", "value"),
+    [
+        (".param a=2\n.param CQ=a * 33n", ""),
+        (".param CQ=33 n", ""),
+        (".param CQ=33n, a=2", "33n"),
+        (".param a=2 CQ=min(a, 3)*1n", "2n"),
+        (".param a=2 CQ={a*16.5n}", "33n"),
+    ],
+)
+def test_a_parameter_s_text_ends_at_the_next_name(tmp_path, cards, value):
+    """A text that was cut at a blank or a comma gave 2 F and 33 F."""
+    path = tmp_path / "texts.cir"
+    path.write_text(DECK.format(c="{CQ}", step=cards))
+    assert adopt(path).capacitance == value
+
+
+@pytest.mark.parametrize(
+    ("head", "call", "value"),
+    [("CP=10n", "", "10n"), ("CP=10n", "CP=7n", "10n"), ("CP={CP}", "", "5n")],
+)
+def test_names_of_a_subcircuit_are_not_those_of_the_deck(tmp_path, head, call, value):
+    """The deck's CQ is twice the deck's CP, whatever the piezo's subcircuit calls CP."""
+    named = "{CP}" if head == "CP={CP}" else "{CQ}"
+    path = tmp_path / "scopes.cir"
+    path.write_text(
+        f"* s\n.param CP=5n CQ={{2*CP}}\nXP P 0 PZ {call}\n.subckt PZ a b {head}\n"
+        f"I1 b a SIN(0 40u 46)\nC1 a b {named}\n.ends\nD1 P out d\nRload out 0 100k\n.model d D\n.end\n"
+    )
+    assert adopt(path).capacitance == value
+
+
 def test_a_capacitance_is_above_zero(tmp_path):
     with pytest.raises(InputError, match="capacitance above 0 F"):
         adopted(tmp_path, "-41n")
@@ -138,7 +170,8 @@ def test_a_card_of_a_netlist_without_a_bench_has_a_remedy_that_works(tmp_path, c
     with pytest.raises(InputError) as error:
         load_circuit(Load(netlist=str(path)))
     assert ("harvester adopt" in str(error.value)) == bool(bench)
-    assert str(error.value).endswith(": leave out the line") == (not bench)
+    more = ", and all lines from .control to .endc" if ".control" in card else ""
+    assert str(error.value).endswith(f": leave out the line{more}") == (not bench)
 
 
 def test_a_subcircuit_without_a_name_is_one_line(tmp_path):

@@ -28,7 +28,22 @@ def _key(value: Any, seen: set[types.FunctionType]) -> Hashable:
         return type(value), *(_key(part, seen) for part in value)
     if isinstance(value, bool | int | float | complex | str | None):
         return type(value), repr(value)
-    return type(value), id(value)
+    if isinstance(value, np.generic):
+        return type(value), value.tobytes()
+    return _Same(value)
+
+
+class _Same:
+    """An object as a part of a key, which keeps it: the id of a deleted one may be reused."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.value is other.value
+
+    def __hash__(self) -> int:
+        return id(self.value)
 
 
 def _named(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
@@ -47,10 +62,24 @@ def _named(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
         value = function.__globals__[name]
         yield name, value
         if isinstance(value, types.ModuleType):
-            for part in names:
-                number = getattr(value, part, None)
-                if isinstance(number, bool | int | float | tuple | np.ndarray):
-                    yield f"{name}.{part}", number
+            yield from _numbers(name, value, names)
+
+
+def _numbers(name: str, module: types.ModuleType, names: list[str]) -> Iterator[tuple[str, Any]]:
+    """The numbers of a module, and of modules that it names, whose names are given."""
+    modules = {module: name}
+    left = [module]
+    while left:
+        at = left.pop()
+        for part in names:
+            inner = getattr(at, part, None)
+            if isinstance(inner, types.ModuleType) and inner not in modules:
+                modules[inner] = f"{modules[at]}.{part}"
+                left.append(inner)
+            elif isinstance(
+                inner, bool | int | float | complex | str | tuple | np.ndarray | np.generic
+            ):
+                yield f"{modules[at]}.{part}", inner
 
 
 def _names(code: types.CodeType) -> list[str]:

@@ -12,6 +12,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "scene has as a number: [piezo] capacitance",
     "deck_motion": "left out: {text}, in series with the drive: the mass, spring and damper of the "
     "deck's own model, which the scene's [oscillator] replaces",
+    "deck_series": "left out: {text}, in series with the drive, which the scene's device does not "
+    "have",
     "deck_meter": "left out: {text}, which measures a current of the deck's own model of the piezo",
     "deck_measurement": "left out: {text} ({line}), which reads the deck's own model of the piezo, or "
     "is fed by an element that does",
