@@ -83,6 +83,8 @@ class Bar(tqdm):  # type: ignore[misc]
                 passed = time.monotonic() - self.last[0]
                 self.n = int(1000 * min(passed / max(self.seconds, passed), MOST))
             self.refresh()
+            # tqdm wipes a bar at its end only if it knows of a drawing after the delay
+            self.last_print_t = self._time()
 
     @property
     def format_dict(self) -> dict[str, Any]:

@@ -6,12 +6,15 @@ import pty
 import subprocess
 import sys
 import threading
+import time
 
 import pytest
 
 from harvester.machine import automatic
 from harvester.machine.automatic import AutomaticProgress, reporting
+from harvester.machine.bars import Bar
 from tests.support.paths import ROOT
+from tests.support.screen import left_on_screen
 
 LASTING = """
 import time
@@ -64,6 +67,21 @@ def test_work_that_lasts_shows_the_time_that_is_left():
     shown = on_terminal(2.4)
     assert "lasting:" in shown and "harvester:" in shown and "spice" in shown
     assert "50%" in shown and " left" in shown
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("reports", [True, False])
+def test_the_bar_leaves_the_screen_at_the_end(reports):
+    """Also if the work reported nothing, so that the clock alone has drawn it."""
+    screen = io.StringIO()
+    bar = Bar("lasting", file=screen, delay=0.1, disable=False)
+    time.sleep(0.3)
+    if reports:
+        bar.step(0.5)
+    time.sleep(0.6)
+    bar.close()
+    assert "lasting" in screen.getvalue()
+    assert left_on_screen(screen.getvalue()) == ""
 
 
 @pytest.mark.slow
