@@ -1,26 +1,49 @@
-"""Elasticities of the power of a netlist's load: its compiled circuit at two values of each key on the same noise."""
+"""Elasticities of a netlist's power: its compiled circuit at two values of each key on the same noise.
+
+All ensembles continue from one burn-in, at a step of as many radians, on the noise that follows it,
+so that the two powers of a key differ by the key alone.  With ln P a mean over trajectories,
+
+    E+ = (ln P(1 + d) - ln P)/ln(1 + d),   E- = (ln P(1 - d) - ln P)/ln(1 - d),
+
+P's elasticity at the key's value is between E- and E+ if it only grows or only falls from
+1 - d to 1 + d.  The value is the difference of the outer two, exact for any power law, and half of
+|E+ - E-| its step error, plus that of the power's time step, relative.
+"""
 
 import math
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.engines.compiled import Compiled
 from harvester.engines.power_slopes import quantities, value_of
-from harvester.engines.sampling import LEAST_SHARE
 from harvester.equations.problem import Problem
+from harvester.errors import HarvesterError
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.richardson import compile_pair
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
+from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.storage.held_stores import enough_runs
-from harvester.studies.power_differences import largest_change
+from harvester.studies.power_differences import PowerDifferences, check_power, largest_change
 from harvester.uncertainty.controls import controlled_entries
 from harvester.uncertainty.paired_difference import difference95
-from harvester.uncertainty.value import Value, mean_and_error
+from harvester.uncertainty.value import Value
 
-TRAJECTORIES, FEW = 128, 32  # of an ensemble; at least, where a budget has no time for so many
-MEAN = 0.2  # of the budget that a burn-in leaves, for the mean power at most
 ROOT = np.random.SeedSequence(11)
+# of the burn-in's time: an ensemble whose key has changed by 5 % settles again in
+SETTLING = 0.5
+# of the burn-in's time: the windows of a mean, until its error is small
+WINDOWS = (0.25, 0.25, 0.25, 0.25, 0.5, 0.5, 1.0, 1.0)
+SMALL = 0.01  # sampling error of an elasticity (95 %) that is aimed at, of the larger of it and 1
+
+
+_Entries: TypeAlias = tuple[Floats, Floats | None]  # of trajectories, and their controls
 
 
 def keys_with_elements(problem: Problem) -> Iterator[tuple[str, float]]:
@@ -36,78 +59,166 @@ def keys_with_elements(problem: Problem) -> Iterator[tuple[str, float]]:
             yield f"load.parameters.{name}", value
 
 
-def elasticities(
-    problem: Problem, report: Callable[[float], None], budget: float | None
-) -> tuple[Value, dict[str, tuple[float, Value]], list[str], float]:
-    """The mean power, value and elasticity d ln P/d ln key of each key, the keys left out, and the seconds of these.
+def by_ensembles(
+    problem: Problem, power: Value, report: Callable[[float], None], deadline: float = math.inf
+) -> PowerDifferences:
+    """The elasticity d ln P/d ln key in each key, from ensembles on the same noise.
 
-    The power is in W (nondimensional scene: without unit); keys are left out if the budget ends.
-    An elasticity is the difference of the logarithms of the power at 5 % more and less of the key,
-    over that of the key, which is exact for any power law.  A key that cannot be larger, such as a
-    restitution of 1, is not varied.  All run on the same noise, over the same time and at the same
-    step.
+    ``power`` is the scene's mean power, for its relative time-step error.  A key that cannot be
+    larger, such as a restitution of 1, is not varied.  Keys for which there is no time until
+    ``deadline`` (s, of `time.monotonic`) are left, and one without an answer has its error.
 
-    Raises InputError and SimulationError as engine `compiled`.
+    Raises InputError and SimulationError as engine `compiled`, and the latter for a load without
+    power.
     """
-    from harvester.mechanics.ensemble.burn_in import burn_in
-    from harvester.mechanics.ensemble.richardson import compile_pair
-    from harvester.mechanics.ensemble.trajectories import Trajectories
-
-    def trajectories(scene: Problem, h: float | None, count: int) -> Trajectories:
-        model = Compiled().model(scene)
-        return Trajectories(scene.equations, count, ROOT, h, circuit=model.circuit, controlled=True)
-
-    most = enough_runs(problem.equations, TRAJECTORIES)
-    few = enough_runs(problem.equations, FEW)
-    first = trajectories(problem, None, most)
-    compile_pair(first)
-    begin = time.monotonic()
-    deadline = math.inf if budget is None else begin + budget
-    burn_in(first, budget)
-    settled = first.time
-    unit = problem.scales.frequency
-    now = time.monotonic()
-    share = min(max(MEAN * (deadline - now) / (now - begin), LEAST_SHARE), 1.0)
-    power = first.run(share * settled)
-    seconds = 4.0 * (time.monotonic() - now) / share  # that a key takes
-    by_key = dict[str, tuple[float, Value]]()
+    check_power(power.value)
     known = [
         (key, value, change)
         for key, value in keys_with_elements(problem)
         if (change := largest_change(problem, key, value))
     ]
-    part = max(deadline - time.monotonic(), 0.0) / (len(known) * seconds)  # of what all keys take
-    count = round(min(max(part, few / most), 1.0) * most / few) * few
-    seconds *= count / most
-
-    def at(key: str, value: float) -> tuple[Moments, float]:
-        """The moments with another value of a key, and the unit of the load's power."""
-        other = Problem(problem.scene.vary(key, value))
-        ratio = other.scales.frequency / unit
-        ensemble = trajectories(other, first.h * ratio, count)
-        ensemble.run(settled * ratio)
-        return ensemble.run(settled * ratio), other.units.watts * (other.equations.beta or 0.0)
-
+    settled = _Settled(problem, deadline)
+    step_error = abs((power.bias or 0.0) / power.value)
+    done = PowerDifferences()
+    seconds = 0.0
     for k, (key, value, change) in enumerate(known):
-        if (begin := time.monotonic()) + seconds > deadline:
+        begin = time.monotonic()
+        if begin + seconds > deadline:
+            done.left = [key for key, *_ in known[k:]]
+            done.seconds = seconds * len(done.left)
             break
-        (more, log_more), (less, log_less) = (
-            _logarithm(*at(key, (1.0 + sign * change) * value)) for sign in (1, -1)
-        )
-        width = math.log1p(change) - math.log1p(-change)
-        slope = difference95(log_more, log_less, (more.controls, less.controls), first.together)
-        by_key[key] = value, slope.scaled(1.0 / width).with_unknown(Compiled.UNKNOWN)
-        seconds = max(seconds, time.monotonic() - begin)  # a key's own circuit is made, too
+        own_deadline = begin + (deadline - begin) / (len(known) - k)
+        try:
+            pair = _Pair(settled, key, value, change)
+            slope = pair.elasticity(own_deadline)
+        except HarvesterError as error:
+            done.failed[key] = error
+        else:
+            bias = (slope.bias or 0.0) + step_error
+            done.by_key[key] = value, replace(slope, bias=bias).with_unknown(Compiled.UNKNOWN)
+            seconds = max(seconds, pair.least_seconds)
         report((k + 1) / len(known))
-    entries = controlled_entries(power.load, power.controls, first.together)
-    mean, stderr = mean_and_error(entries)
-    watts = problem.units.watts * (problem.equations.beta or 0.0)
-    left = [key for key, *_ in known if key not in by_key]
-    mean_power = Value(mean, stderr, dof=len(entries) - 1.0, unknown=Compiled.UNKNOWN)
-    return mean_power.scaled(watts), by_key, left, len(left) * seconds
+    return done
 
 
-def _logarithm(moments: Moments, watts: float) -> tuple[Moments, Floats]:
-    """The moments, and entries whose mean is the logarithm of the mean power, to first order in their spread."""
-    mean = float(controlled_entries(moments.load, moments.controls).mean())
-    return moments, math.log(mean * watts) + (moments.load - mean) / mean
+@dataclass
+class _Settled:
+    """An ensemble after its burn-in, from which others continue with one key changed."""
+
+    problem: Problem
+    deadline: float
+
+    def __post_init__(self) -> None:
+        budget = None if math.isinf(self.deadline) else self.deadline - time.monotonic()
+        count = enough_runs(self.problem.equations, BATCH)
+        model = Compiled().model(self.problem)
+        first = Trajectories(
+            self.problem.equations, count, ROOT, circuit=model.circuit, controlled=True
+        )
+        compile_pair(first, budget)
+        burn_in(first, budget)
+        self.together = first.together
+        self.count = count
+        self.h = first.h
+        self.time = first.time
+        self.origin: Any = (first.state.copy(), first.filter.copy(), first.words.copy())
+
+    def continued(self, problem: Problem) -> "_Continued":
+        """The ensemble of a problem, from here on."""
+        ratio = problem.scales.frequency / self.problem.scales.frequency
+        model = Compiled().model(problem)
+        ensemble = Trajectories(
+            problem.equations,
+            self.count,
+            ROOT,
+            self.h * ratio,
+            circuit=model.circuit,
+            controlled=True,
+            origin=self.origin,
+        )
+        ensemble.run(SETTLING * self.time * ratio)
+        watts = problem.units.watts * (problem.equations.beta or 0.0)
+        return _Continued(ensemble, self.time * ratio, watts)
+
+    @cached_property
+    def unchanged(self) -> "_Continued":
+        """The ensemble of the scene itself."""
+        return self.continued(self.problem)
+
+
+@dataclass
+class _Continued:
+    """The means of an ensemble over the first one, two and more `WINDOWS`.
+
+    ``burn_in`` is the nondimensional time of a burn-in, ``watts`` the unit of the load's power.
+    """
+
+    ensemble: Trajectories
+    burn_in: float
+    watts: float
+    means: list[Moments] = field(default_factory=list)
+
+    def log_power(self, windows: int) -> _Entries:
+        """Entries with the mean ln P, to first order in their spread, and their controls."""
+        while len(self.means) < windows:
+            k = len(self.means)
+            moments = self.ensemble.run(WINDOWS[k] * self.burn_in)
+            if k:
+                moments = self.means[-1].mixed(moments, WINDOWS[k] / sum(WINDOWS[: k + 1]))
+            self.means.append(moments)
+        moments = self.means[windows - 1]
+        mean = float(controlled_entries(moments.load, moments.controls).mean())
+        check_power(mean)
+        return math.log(mean * self.watts) + (moments.load - mean) / mean, moments.controls
+
+
+class _Pair:
+    """The ensembles of a key at more and less than its value, by the part ``change``."""
+
+    def __init__(self, settled: _Settled, key: str, value: float, change: float) -> None:
+        self.settled = settled
+        self.change = change
+        self.begin = time.monotonic()
+        self.more, self.less = (
+            settled.continued(
+                Problem(settled.problem.scene.vary(key, (1.0 + sign * change) * value))
+            )
+            for sign in (1, -1)
+        )
+        self.least_seconds = 0.0  # that one such key needs
+
+    def elasticity(self, deadline: float) -> Value:
+        """The elasticity over the shortest window with a small error, or the last in time."""
+        for windows in range(1, len(WINDOWS) + 1):
+            begin = time.monotonic()
+            slope = self._over(windows)
+            now = time.monotonic()
+            self.least_seconds = self.least_seconds or now - self.begin
+            if slope.sampling95 <= SMALL * max(abs(slope.value), 1.0):
+                break
+            if now + 2.0 * (now - begin) > deadline:
+                break
+        return slope
+
+    def _over(self, windows: int) -> Value:
+        """The elasticity over so many windows, with the error of the finite change as its bias."""
+        up = math.log1p(self.change)
+        down = math.log1p(-self.change)
+        more, less, unchanged = (
+            each.log_power(windows) for each in (self.more, self.less, self.settled.unchanged)
+        )
+        slope = self._difference(more, less).scaled(1.0 / (up - down))
+        bent = self._difference(_slope(more, unchanged, up), _slope(less, unchanged, down))
+        return replace(slope, bias=0.5 * abs(bent.value))
+
+    def _difference(self, high: _Entries, low: _Entries) -> Value:
+        """The mean of ``high`` less that of ``low``."""
+        return difference95(high[0], low[0], (high[1], low[1]), self.settled.together)
+
+
+def _slope(changed: _Entries, unchanged: _Entries, width: float) -> _Entries:
+    """Entries of (ln P(1 + d) - ln P)/ln(1 + d) and their controls, with ``width`` = ln(1 + d)."""
+    values = (changed[0] - unchanged[0]) / width
+    if changed[1] is None or unchanged[1] is None:
+        return values, None
+    return values, (changed[1] - unchanged[1]) / width

@@ -58,6 +58,12 @@ def largest_change(problem: Problem, key: str, value: float, most: float = CHANG
     return 0.0
 
 
+def check_power(power: float) -> None:
+    """Raise SimulationError for a power that has no logarithm."""
+    if not power > 0.0:
+        raise SimulationError("the load receives no power")
+
+
 def first_change(problem: Problem) -> float:
     """The first change of a key: under a harmonic drive the damping ratio at most, a resonance's half-width."""
     equations = problem.equations
@@ -164,8 +170,7 @@ def _difference(
     for answer in (more, less):
         if isinstance(answer, HarvesterError):
             raise answer
-        if not answer.mean_power.value > 0.0:
-            raise SimulationError("the load receives no power")
+        check_power(answer.mean_power.value)
     assert isinstance(more, Estimate) and isinstance(less, Estimate), "checked"
     width = math.log1p(change) - math.log1p(-change)
     powers = [more.mean_power, less.mean_power]

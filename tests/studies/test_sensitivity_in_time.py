@@ -9,6 +9,7 @@ from tests.support.netlists import on_plate
 
 
 @pytest.mark.thorough("test_every_element_is_a_key")
+@pytest.mark.ngspice
 def test_a_budget_leaves_keys_out_and_names_them(tmp_path):
     """If the first ensemble spends the budget, its power is reported, and every key is named in a warning."""
     scene = on_plate(tmp_path, "R1 p a 100k\nC2 a n 10n\nRload a n 500k")
