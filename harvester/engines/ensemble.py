@@ -397,7 +397,7 @@ class EnsembleSampler:
         details["trajectories"] = setup.trajectories.count
         if setup.compilation_seconds > LONG_COMPILATION:
             details["compilation_seconds"] = setup.compilation_seconds
-        details |= driven_motion(setup.problem, setup.model, pair)
+        details |= driven_motion(setup.problem, pair)
         if setup.model.circuit is None:
             moments = pair.moments.averaged(setup.trajectories.together)
             eqs = setup.model.eqs
