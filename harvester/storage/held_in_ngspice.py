@@ -25,6 +25,7 @@ from harvester.errors import CircuitError, ConvergenceError, MissingProgramError
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.noise import child, three_point_grid
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
+from harvester.netlists.for_ngspice import RELTOL_OF_JUDGE, SHUNTS
 from harvester.netlists.load_circuit import LoadCircuit, with_parts
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 from harvester.storage.measured_current import FADED, JUDGE, time_constant
@@ -42,11 +43,8 @@ SETTLING = (3.0, 1.0)
 AVERAGED = 4.0
 # of the store, over the piezo's capacitance: more would be lost in the digits of ngspice's voltage
 HELD = 1e5
-RELTOL = 1e-5  # of ngspice, which is the judge here
 PATIENCE = 60.0  # s, for all runs
 JUDGING = 0.3  # of what is left of a budget, for them
-# of the piezo's capacitance, from each node to ground, where ngspice does not converge
-SHUNTS = 0.0, 1e-5, 1e-4
 FAINT = 0.05  # of the largest current: a difference is told as a part of no less
 
 
@@ -98,7 +96,7 @@ def current_difference(
     load = held_load(problem.load_circuit, HELD * scales.capacitance)
     h = whole_steps(step_from_rest(eqs), eqs.shaking_period) if piece is None else piece.h
     device = CoupledDevice(
-        eqs, scales, load, h, 1, reltol=RELTOL, ideal=compiled_circuit(load, scales)
+        eqs, scales, load, h, 1, reltol=RELTOL_OF_JUDGE, ideal=compiled_circuit(load, scales)
     )
     seeds = np.random.SeedSequence([seed, 19]).spawn(RUNS if eqs.is_random else 1)
     latest = time.monotonic() + left
