@@ -102,6 +102,13 @@ class Loaded(Protocol):
         ``noise`` and ``shaking`` are as of `harvester.mechanics.trace.trace`, from that kick on.
         """
 
+    def start(self, state: Floats) -> tuple[Any, ...]:
+        """A trajectory's ``state``, shape (rows,), as the start of a run of ngspice.
+
+        x, x', V and the voltage of the store; and if there are any, as the fifth, a circuit's state
+        and y_2, ... and y_2', ... in one array.
+        """
+
     def boundary(self, states: Floats) -> Floats:
         """The functions of states, shape (rows, count), whose changes are one kind of controls."""
 
@@ -199,6 +206,12 @@ class WithResistor:
             load=load,
             goes_on=True,
         )
+
+    def start(self, state: Floats) -> tuple[Any, ...]:
+        """A state as the start of a run of ngspice."""
+        below = state[self.load_rows :]
+        held = float(state[RESISTOR_ROWS]) if self.load_rows > RESISTOR_ROWS else 0.0
+        return (*map(float, state[:RESISTOR_ROWS]), held, *([below] if below.size else []))
 
     def boundary(self, states: Floats) -> Floats:
         """See `harvester.mechanics.kernels.control_variates`."""
@@ -329,6 +342,10 @@ class WithCircuit(WithStore):
             shaking=shaking,
             kicked=True,
         )
+
+    def start(self, state: Floats) -> tuple[Any, ...]:
+        """A state as the start of a run of ngspice, with the circuit's own."""
+        return (*map(float, state[:MASS_ROWS]), state[MASS_ROWS:])
 
     def check(self, own_sums: Floats, state: Floats) -> None:
         """Raise CircuitError if too many circuit steps failed."""
