@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.compiled_circuit import CompiledCircuit, compiled_circuit
+from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, ConvergenceError, MissingProgramError, OutOfTimeError
 from harvester.mechanics.kernels.forcing import forcing
@@ -147,12 +147,12 @@ def _gains(
     piece: Piece | None,
 ) -> tuple[float, float]:
     """The voltages (V) that a held store gains in ngspice and in the compiled circuit, in this process."""
-    from harvester.cosimulation.runs import new_drive, nodes_of, run_in_this_process
+    from harvester.cosimulation.runs import in_ngspice, new_drive, run_in_this_process
 
     eqs = device.eqs
     h = device.h
-    circuit = device.ideal
-    assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
+    circuit = device.compiled
+    assert circuit is not None, "of a compiled circuit"
     if piece is None:
         unit = time_constant(eqs)
         repeat = eqs.shaking_period
@@ -199,7 +199,7 @@ def _gains(
             drive.state["follows"] = 1
         try:
             shunted = dataclasses.replace(device, shunt=shunt)
-            run_in_this_process(shunted, drive, deadline, nodes_of(device, start))
+            run_in_this_process(shunted, drive, deadline, in_ngspice(circuit.voltages(start[4])))
             break
         except ConvergenceError:
             if shunt == SHUNTS[-1]:
