@@ -69,7 +69,7 @@ def test_the_file_and_the_netlist_do_not_both_have_a_number():
 
 
 def test_texts_name_the_chips_that_there_are():
-    """The list of the key, and that of the option, which takes those with a netlist."""
+    """All in the list of the key, and those with a netlist in that of the option."""
     described = str(HarvestingChip.__annotations__["name"])
     assert all(name in described for name in CHIPS)
     option = next(one for one in design.params if one.name == "chips")
