@@ -33,7 +33,7 @@ BOUNDS = [
     ("calls with seven positional arguments", 7, 7),
     ("questions of which load or how many modes", 140, 60),
     ("one-importer modules", 90, 25),
-    ("lines above 100 columns", 2618, 0),
+    ("lines above 100 columns", 2617, 0),
     ("thousands of tokens", 615, 445),
 ]
 
