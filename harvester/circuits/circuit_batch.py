@@ -10,6 +10,7 @@ from harvester.arrays import Floats, aligned
 from harvester.circuits.circuit_path import load_of
 from harvester.circuits.substeps import KernelCircuit
 from harvester.equations.coefficients import Equations
+from harvester.mechanics.ensemble.own_circuit import MASS_ROWS
 from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import inlined, kernel, version_of
@@ -24,8 +25,6 @@ from harvester.mechanics.modes.modal_circuit import add_modal_features
 from harvester.mechanics.modes.modal_step import ModalCoefficients, dot
 from harvester.mechanics.trace import mechanics_of
 
-# rows of the mass: x, x', V, and the voltage of the store; a circuit's state is below them
-MASS_ROWS = 4
 MORE_SUMS = (*SUMS, "load", "substeps", "failed")
 
 

@@ -26,12 +26,12 @@ from harvester.mechanics.periodic import (
     MULTIPLES,
     WANDERS,
     Settling,
+    comes_back_after,
     periods_that_hold,
     periods_to_settle,
 )
 from harvester.mechanics.trace import at_rest
 
-NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle
 MEASURED = 4  # times that the response is gone through: switches may act a little sooner or later
 
 
@@ -173,12 +173,9 @@ class _Way:
         for _ in range(WANDERS):
             path = self.run(periods)
             motion = path.samples[:, 2:4]
-            last = motion[-MULTIPLES:]
             size = math.sqrt(float((motion**2).sum(axis=1).mean()))
-            for turns in range(1, MULTIPLES + 1):
-                away = np.linalg.norm(last - motion[-MULTIPLES - turns : -turns], axis=1)
-                if np.max(away) < NEAR * max(size, 1e-12):
-                    return turns
+            if turns := comes_back_after(motion, max(size, 1e-12)):
+                return turns
         return 0
 
 

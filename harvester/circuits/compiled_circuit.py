@@ -13,14 +13,8 @@ from typing import Any
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.circuit_batch import (
-    MASS_ROWS,
-    MORE_SUMS,
-    advance_circuit,
-    circuit_mid_drift,
-)
+from harvester.circuits.circuit_batch import MORE_SUMS, advance_circuit, circuit_mid_drift
 from harvester.circuits.circuit_path import CircuitPath, TraceArguments, trace_circuit
-from harvester.circuits.converged import check_converged
 from harvester.circuits.newton import Solver
 from harvester.circuits.reduction import Reduction
 from harvester.circuits.semiconductors import ROOM
@@ -31,6 +25,7 @@ from harvester.circuits.substeps import (
     DID,
     GAMMA,
     LEVELS,
+    MOST,
     N_VOLTAGES,
     KernelCircuit,
     follow,
@@ -38,12 +33,15 @@ from harvester.circuits.substeps import (
 from harvester.circuits.system import System
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
+from harvester.errors import CircuitError
+from harvester.mechanics.ensemble.own_circuit import MASS_ROWS
 from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.kernels.trajectory_batch import Batch, Schedule
 from harvester.mechanics.trace import mechanics_of
 from harvester.netlists.load_circuit import LoadCircuit
 from harvester.netlists.part import CircuitPart, UnservedError, by_name
+from harvester.presentation.diagnostic import refusal
 
 TYPICAL = 0.1  # nondimensional step: which pivots a reduction takes is decided there
 # of a charge's size: what the two orders of a step may differ by; with coils
@@ -233,8 +231,20 @@ class CompiledCircuit:
         return mechanics.started((*start[:4], coordinates))[:-1], state
 
     def check(self, steps: float, failed: float, state: Floats) -> None:
-        """Raise CircuitError if too many of so many steps ``failed``, before the ``state`` or states, (..., n)."""
-        check_converged(self.system, steps, failed, state[..., -1])
+        """Raise CircuitError if more than `MOST` of so many steps ``failed``, before the ``state`` or states, (..., n).
+
+        The elements that the solver reported in the last of them
+        (`harvester.circuits.newton_parts.SIGNATURE`) are named, or all that have a function if it
+        reported none.
+        """
+        if not failed > MOST * steps:
+            return
+        returned = np.unique(state[..., -1])
+        functions = sorted({round(-2.0 - code) for code in returned if code <= -2.0})
+        many = len(self.system.diodes) + len(self.system.functions)
+        names = dict.fromkeys(self.system.element_of(k) for k in functions or range(many))
+        share = float(failed / max(steps, 1.0))
+        raise CircuitError(str(refusal("circuit_fails", share=share, elements=", ".join(names))))
 
     def check_sums(self, sums: Floats, state: Floats) -> None:
         """As `check`, of sums as a batch has them, without those of ideal circuits, and states with all their rows."""

@@ -27,7 +27,6 @@ from harvester.cosimulation.periodic_responses import Known, Neighbour, Periodic
 from harvester.cosimulation.poincare_sections import (
     CoupledState,
     Origin,
-    comes_back_after,
     flat,
     quiet_kick,
     section_of,
@@ -52,6 +51,7 @@ from harvester.mechanics.periodic import (
     WORTH,
     Secants,
     Settling,
+    comes_back_after,
     periods_that_hold,
     periods_to_settle,
 )

@@ -9,9 +9,6 @@ from harvester.cosimulation.lockstep.drive import Drive
 from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
-from harvester.mechanics.periodic import MULTIPLES
-
-NEAR = 0.01  # of the motion's size: a return that is seen among sections that still settle
 
 
 @dataclass(frozen=True)
@@ -46,15 +43,6 @@ class Origin:
     section: CoupledState
     phase: float = 0.0
     turns: int = 1
-
-
-def comes_back_after(motion: Floats, size: float) -> int:
-    """After how many sections the last of many (x, x'), of a motion of that size, come back; 0 if they do not."""
-    last = motion[-MULTIPLES:]
-    for turns in range(1, MULTIPLES + 1):
-        if np.max(np.linalg.norm(last - motion[-MULTIPLES - turns : -turns], axis=1)) < NEAR * size:
-            return turns
-    return 0
 
 
 def quiet_kick(velocity: Floats) -> tuple[int, int]:

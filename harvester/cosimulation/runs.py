@@ -30,6 +30,7 @@ from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid, three_point_grid
 from harvester.mechanics.kernels.path import Path
 from harvester.mechanics.trace import mechanics_of, trace
+from harvester.netlists.for_ngspice import RELTOL
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import Probe
 from harvester.scene.load import Load
@@ -65,7 +66,7 @@ class CoupledDevice:
     h: float
     stride: int
     patience: float = 30.0
-    reltol: float = 1e-4
+    reltol: float = RELTOL
     gaussian: bool = False
     ideal: "IdealCircuit | CompiledCircuit | None" = None
     ngspice_rule: bool = False
@@ -73,6 +74,13 @@ class CoupledDevice:
     trapezoidal: bool = False
     shunt: float = 0.0
     coarse: bool = False
+
+    @property
+    def compiled(self) -> "CompiledCircuit | None":
+        """The load without ngspice, if it is compiled."""
+        from harvester.circuits.compiled_circuit import CompiledCircuit
+
+        return self.ideal if isinstance(self.ideal, CompiledCircuit) else None
 
     def coarser(self) -> "CoupledDevice":
         """The same device at twice the step on the same noise: they differ by three times the bias of h."""
@@ -233,16 +241,8 @@ def _new_parts(device: CoupledDevice, seed: np.random.SeedSequence, n_steps: int
 
 def _nodes_at(device: CoupledDevice, start: Start) -> dict[str, float] | None:
     """The voltages of ngspice's nodes (V) at a start that has a state of the compiled circuit."""
-    from harvester.circuits.compiled_circuit import CompiledCircuit
-
-    if not isinstance(device.ideal, CompiledCircuit) or len(start) <= 4:
-        return None
-    return nodes_of(device, start)
-
-
-def nodes_of(device: CoupledDevice, start: Start) -> dict[str, float]:
-    """The voltages of ngspice's nodes (V) in a state of the compiled circuit; those of junctions find themselves."""
-    return in_ngspice(device.ideal.voltages(start[4]))  # type: ignore[union-attr]
+    compiled = device.compiled
+    return None if compiled is None or len(start) <= 4 else in_ngspice(compiled.voltages(start[4]))
 
 
 def in_ngspice(voltages: dict[str, float]) -> dict[str, float]:
@@ -328,10 +328,9 @@ def _with_resistor(device: CoupledDevice) -> CoupledDevice:
 @contextmanager
 def compiled_beforehand(device: CoupledDevice) -> Iterator[None]:
     """A worker compiles runs' code for a compiled circuit, while this process compiles the rest."""
-    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.circuits.substeps import follow
 
-    if not isinstance(device.ideal, CompiledCircuit):
+    if device.compiled is None:
         yield
         return
     start = (device.eqs.resting_places[0], 0.0, 0.0, 0.0)

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.cosimulation.probe_series import means_of_probes
 from harvester.cosimulation.runs import (
     CoupledDevice,
@@ -95,9 +94,9 @@ def same_motion_means(
     after impacts.  Arguments as of `harvester.cosimulation.runs.measure_in_workers`; raises as
     `harvester.cosimulation.runs.run_in_this_process`.
     """
-    circuit = device.ideal
+    circuit = device.compiled
     noise = three_point_grid(seed, n_steps)
-    assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
+    assert circuit is not None, "of a compiled circuit"
     shaking = forcing(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
     (motion, state) = circuit.begun(device.eqs, start)
     reference = circuit.trace(

@@ -38,7 +38,7 @@ def variances(eqs: Equations) -> tuple[float, float] | None:
     at_one = white(eqs)
     if eqs.modes is None or not math.isfinite(at_one.x2):
         return eqs.n1 * at_one.x2, eqs.n1 * at_one.speed2
-    covariance = stationary(eqs)
+    covariance = stationary(eqs, eqs.modes)
     phi = np.array(eqs.modes.contact)
     n = eqs.modes.count
     return eqs.n1 * float(phi @ covariance[:n, :n] @ phi), eqs.n1 * float(

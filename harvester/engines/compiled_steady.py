@@ -13,6 +13,7 @@ from harvester.engines.spice.steady_response import steps_in_period, to_be_found
 from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
+from harvester.netlists.for_ngspice import RELTOL_OF_JUDGE
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 from harvester.uncertainty.richardson import limit
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from harvester.circuits.circuit_period import CircuitPeriod, CircuitStart
     from harvester.cosimulation.poincare_sections import Origin
 
-RELTOL = 1e-5  # of ngspice, which is the judge here
 # of a circuit's step: with the usual 0.03 switches act at a little other times each period
 TOLERANCE = 2e-3
 JUDGED = 0.5  # of a budget, that ngspice may take
@@ -156,7 +156,7 @@ def _differences(
         quantities = {"load": "power", "V2": "square"}
         differences = difference_along(problem, response, deadline)
         return {quantities[name]: share for name, share in differences.items()}
-    steady = to_be_found(options, problem, RELTOL)
+    steady = to_be_found(options, problem, RELTOL_OF_JUDGE)
     steady.deadline = deadline
     try:
         if not steady.begin(None, _origin(problem, response)):

@@ -10,7 +10,6 @@ from harvester.equations.problem import Problem
 from harvester.uncertainty.richardson import limit
 
 if TYPE_CHECKING:
-    from harvester.engines.sampling import Model
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
 # of E[V^2]: a path of the response that all come to; and one that comes back
@@ -18,7 +17,7 @@ SAME, SETTLED = 0.02, 1e-3
 MOST_STEPS = 4e6
 
 
-def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> dict[str, float]:
+def driven_motion(problem: Problem, pair: "RichardsonPair") -> dict[str, float]:
     """The RMS of x about its mean and the largest |x| and |V|, with their time-step error, in the scene's units.
 
     The path continues from one of the trajectories, at their step, a half and a quarter of it.
@@ -27,26 +26,21 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
     """
     from harvester.mechanics.ensemble.coexisting_responses import sections
     from harvester.mechanics.kernels.forcing import forcing
-    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
     from harvester.mechanics.kernels.trajectory_batch import BATCH
     from harvester.mechanics.largest_swing import peak
     from harvester.mechanics.periodic import MULTIPLES
-    from harvester.mechanics.trace import mechanics_of, trace
 
     eqs = problem.equations
     units = problem.units
     trajectories = pair.trajectories
-    circuit = model.circuit
-    if eqs.drive is None or eqs.is_random or not isinstance(circuit, IdealCircuit | None):
+    if eqs.drive is None or eqs.is_random or trajectories.loaded.is_dear:
         return {}
     period = eqs.shaking_period or 1.0
     middle = int(np.argsort(pair.moments.V2)[trajectories.count // 2])
-    *start, phase = map(float, sections(trajectories)[:, middle])
-    if eqs.modes is not None:
-        block, lane = divmod(middle, BATCH)
-        state = trajectories.state[block, :, lane]
-        second = len(state) - 2 * (eqs.modes.count - 1)  # the row of y_2, below the circuit's
-        start = [*map(float, state[mechanics_of(eqs).order(second)]), start[-1]]
+    block, lane = divmod(middle, BATCH)
+    state = trajectories.state[block, :, lane]
+    # sections are half a step after the kick that made the state
+    phase = float(sections(trajectories)[-1, middle]) - 0.5 * trajectories.h / period
     size = round(period / trajectories.h)
     periods = math.ceil(pair.burn_in / period) + 2 * MULTIPLES
     if 4 * size * periods > MOST_STEPS:
@@ -56,15 +50,7 @@ def driven_motion(problem: Problem, model: "Model", pair: "RichardsonPair") -> d
         shaking = forcing(eqs, period / n, n)
         assert shaking is not None, "it is driven"
         at = (round(phase * n) + np.arange(n * periods + 1)) % n
-        path = trace(
-            eqs,
-            np.zeros(n * periods),
-            h=period / n,
-            stride=1,
-            start=tuple(start),
-            shaking=shaking[at],
-            circuit=circuit,
-        )
+        path = trajectories.loaded.follow(state, np.zeros(n * periods), period / n, shaking[at])
         x, voltage = (
             path.samples[-2 * MULTIPLES * n :, columns].reshape(2, -1)
             for columns in ([0, 2], [1, 4])

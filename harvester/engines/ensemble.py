@@ -382,7 +382,7 @@ class EnsembleSampler:
 
     def open_balance(self, details: dict[str, float]) -> Diagnostic | None:
         """The warning of a power balance among the details that is not closed; None without one."""
-        if self.setup.model.circuit is not None:
+        if "power_balance" not in details:
             return None
         names = "power_balance", "power_balance_stderr", "power_balance_bias"
         balance, stderr, bias = (details[name] for name in names)
@@ -397,7 +397,7 @@ class EnsembleSampler:
         details["trajectories"] = setup.trajectories.count
         if setup.compilation_seconds > LONG_COMPILATION:
             details["compilation_seconds"] = setup.compilation_seconds
-        details |= driven_motion(setup.problem, setup.model, pair)
+        details |= driven_motion(setup.problem, pair)
         if setup.model.circuit is None:
             moments = pair.moments.averaged(setup.trajectories.together)
             eqs = setup.model.eqs

@@ -145,8 +145,7 @@ def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
     from harvester.circuits.idealised import switching_time
 
     eqs = problem.equations
-    fastest = 1.0 if eqs.modes is None else eqs.modes.highest(eqs.spring[0], eqs.beta or 0.0)
-    frequency = problem.scales.frequency * max(eqs.drive_frequency or 1.0, fastest)
+    frequency = problem.scales.frequency * max(eqs.drive_frequency or 1.0, eqs.highest_frequency)
     seconds = switching_time(problem.load_circuit, problem.scales)
     share = seconds * frequency / math.pi
     numbers = {"seconds": seconds, "share": share, "worse": WORSE}

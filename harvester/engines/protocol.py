@@ -120,8 +120,9 @@ def needs_known_effects(
 ) -> Diagnostic | None:
     """Why an engine for load resistances does not support a netlist, or effects that it does not know; None: it can."""
     effects = " and ".join(name for name in problem.effects if name in unserved)
-    if problem.netlist is not None or not effects:
-        return needs_resistance(problem, engine.NAME)
+    without = needs_resistance(problem, engine.NAME)
+    if without is not None or not effects:
+        return without
     numbers = {
         "linear_only": engine.is_exact,
         "linear": unknown_to(LINEAR).isdisjoint(problem.effects),
@@ -236,7 +237,7 @@ def estimate(
             "beta": eqs.beta,
             "mu": eqs.mu,
         },
-        effects=problem.effects if problem.netlist is None else (*problem.effects, "netlist"),
+        effects=problem.present_effects,
         seconds=seconds,
         steps=steps,
         diagnostics=(*of_scene, *remarks),

@@ -172,6 +172,11 @@ class Equations:
         return self.mu - self.loss_tangent if self.mu > self.loss_tangent else None
 
     @property
+    def highest_frequency(self) -> float:
+        """The highest natural frequency of the modes in open circuit; 1 of one mode."""
+        return 1.0 if self.modes is None else self.modes.highest(self.spring[0], self.beta or 0.0)
+
+    @property
     def has_stop(self) -> bool:
         """Whether the mass can hit a stop, rigid or compliant."""
         return self.restitution is not None or self.stop_stiffness is not None

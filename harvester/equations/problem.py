@@ -79,6 +79,16 @@ class Problem:
         """Name or path of the load's netlist; None for a load resistance and for an open circuit."""
         return None if self.scene.load is None else self.scene.load.netlist
 
+    @property
+    def netlist_text(self) -> str | None:
+        """The text of the load's netlist; None for a load resistance and for an open circuit."""
+        return None if self.netlist is None else self.load_circuit.text
+
+    @property
+    def present_effects(self) -> tuple[str, ...]:
+        """The names of the effects, and "netlist" if the load is one."""
+        return self.effects if self.netlist is None else (*self.effects, "netlist")
+
     @cached_property
     def events(self) -> Events | None:
         """The shocks or steps that shake the base; None if the excitation is not a sequence of events."""

@@ -1,6 +1,7 @@
 """Small pictures of the load circuits to choose from, drawn as SVG of one stroke."""
 
 from harvester.netlists.load_circuit import netlist_folder
+from harvester.storage.bought_parts import CHIPS
 
 _PIEZO = "M10 8V18M4 18H16M4 18V28H16V18M10 28V38"  # a body between two electrodes
 _RESISTOR = "M{x} 8V14M{a} 14H{b}V32H{a}ZM{x} 32V38"
@@ -66,7 +67,7 @@ _LABELS = {
     "parallel_sshi": "parallel SSHI",
 }
 _LABELS |= {"series_sshi": "series SSHI", "sece": "SECE", "self_powered_sshi": "self-powered SSHI"}
-_LABELS |= {"sshc": "SSHC", "ltc3588": "LTC3588", "bq25570": "BQ25570"}
+_LABELS |= {"sshc": "SSHC"} | {name: name.upper() for name in CHIPS}
 
 
 def names() -> list[str]:

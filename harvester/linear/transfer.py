@@ -23,6 +23,7 @@ import numpy as np
 from harvester.arrays import Complexes, Floats
 from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations
+from harvester.equations.modes import Modes
 
 AT_ONCE = 1 << 16  # frequencies, of several modes
 
@@ -50,7 +51,7 @@ def white(eqs: Equations) -> WhiteResponse:
     solved unchanged.
     """
     if eqs.modes is not None:
-        return _white_of_modes(eqs)
+        return _white_of_modes(eqs, eqs.modes)
     c = -(eqs.c1 or 0.0)
     beta = eqs.beta or 0.0
     mu = eqs.mu or 0.0
@@ -80,39 +81,37 @@ def amplitudes(
         rest = next(iter(eqs.resting_places), 0.0)  # none where the spring pushes the mass away
         stiffness = linear + rest * (2.0 * alpha2 + 3.0 * alpha * rest)
     if eqs.modes is not None:
-        return _amplitudes_of_modes(eqs, np.asarray(w), stiffness, direction)
+        return _amplitudes_of_modes(eqs, eqs.modes, np.asarray(w), stiffness, direction)
     with np.errstate(divide="ignore", invalid="ignore"):
         voltage = s / (s + mu) if mu else np.ones_like(s)
         x = 1.0 / (stiffness + s * (s - (eqs.c1 or 0.0)) + (eqs.beta or 0.0) * voltage)
         return np.array([x, voltage * x])
 
 
-def stationary(eqs: Equations) -> Floats:
+def stationary(eqs: Equations, modes: Modes) -> Floats:
     """The covariance S of (y, y', V) under white noise of intensity 1: A S + S A^T + 2 b b^T = 0, b = g at y'.
 
     Without a load that of (y, y').
     """
     from scipy.linalg import solve_continuous_lyapunov
 
-    assert eqs.modes is not None
     matrix = flow(eqs)
-    n = eqs.modes.count
+    n = modes.count
     forced = np.zeros(len(matrix))
-    forced[n : 2 * n] = eqs.modes.base
+    forced[n : 2 * n] = modes.base
     return np.asarray(solve_continuous_lyapunov(matrix, -2.0 * np.outer(forced, forced)))
 
 
-def _white_of_modes(eqs: Equations) -> WhiteResponse:
+def _white_of_modes(eqs: Equations, modes: Modes) -> WhiteResponse:
     """`white` of several modes; x is the oscillator's displacement."""
-    assert eqs.modes is not None
     values = np.linalg.eigvals(flow(eqs))
-    n = eqs.modes.count
-    s = np.array(eqs.modes.coupling)
+    n = modes.count
+    s = np.array(modes.coupling)
     losses = -values.real
     if not losses.min() > 1e-14 * np.abs(values).max():
         return WhiteResponse(math.inf, math.inf, math.inf, math.inf)
-    covariance = stationary(eqs)
-    e = eqs.modes.direction
+    covariance = stationary(eqs, modes)
+    e = modes.direction
     v2 = covariance[-1, -1] if eqs.mu is not None else s @ covariance[:n, :n] @ s
     moved = e @ covariance[:n, :n] @ e
     speed = e @ covariance[n : 2 * n, n : 2 * n] @ e
@@ -122,11 +121,9 @@ def _white_of_modes(eqs: Equations) -> WhiteResponse:
 
 
 def _amplitudes_of_modes(
-    eqs: Equations, w: Floats, spring: float, direction: Sequence[float] | None
+    eqs: Equations, modes: Modes, w: Floats, spring: float, direction: Sequence[float] | None
 ) -> Complexes:
     """`amplitudes` of several modes: (K + s D + s^2 + beta V/(s.y) s s^T) y = g a at each frequency."""
-    modes = eqs.modes
-    assert modes is not None
     stiffness, damping = modes.matrices(spring, -(eqs.c1 or 0.0))
     coupling = np.array(modes.coupling)
     base = np.array(modes.base, complex)

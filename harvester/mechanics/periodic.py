@@ -40,6 +40,7 @@ MULTIPLES = 8  # periods of the drive that a periodic response may take
 FIRST = 4  # oscillations of the mass from rest before the way is shortened
 # the same of a mass that is not linear; times so many at most, until it is near a response
 LONGEST_WAY, WANDERS = 60, 5
+NEAR = 0.01  # of the motion's size: a return that is seen among periods that still settle
 COMES_BACK = 3e-3  # of the state's size, in the run that measures the response
 SURE = 2.0  # times what is left as the last periods say it
 MEMORY = 12  # periods that are combined
@@ -84,6 +85,18 @@ def periods_to_settle(eqs: Equations, turns: int) -> float:
 def periods_that_hold(oscillations: float, period: float, least: int = 1) -> int:
     """How many periods of the drive hold so many oscillations of the mass, at least ``least``."""
     return max(math.ceil(oscillations * min(2.0 * math.pi / period, 1.0)), least)
+
+
+def comes_back_after(motion: Floats, size: float) -> int:
+    """After how many periods the last of many (x, x'), of a motion of that size, come back; 0 if they do not.
+
+    ``motion``, shape (n, 2), has the states a period apart.
+    """
+    last = motion[-MULTIPLES:]
+    for turns in range(1, MULTIPLES + 1):
+        if np.max(np.linalg.norm(last - motion[-MULTIPLES - turns : -turns], axis=1)) < NEAR * size:
+            return turns
+    return 0
 
 
 # a state -> the state a period later, and the means over that period

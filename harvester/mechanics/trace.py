@@ -125,9 +125,13 @@ class OneMode:
         """The state for the kernel, and room for another."""
         return State(*map(float, start)), None
 
-    def ideal_load(self, circuit: IdealCircuit, start: Floats, held: float, samples: int) -> Any:
-        """An ideal circuit whose capacitor has the voltage ``held``, its switch at the charge."""
-        return IdealLoad(circuit, Store(held, float(start[0])), np.empty((samples, 2)))
+    def charge(self, start: Floats) -> float:
+        """The charge that the circuit sees, over theta l."""
+        return float(start[0])
+
+    def ideal_load(self, circuit: IdealCircuit, held: float, switch: float, samples: int) -> Any:
+        """An ideal circuit whose capacitor has the voltage ``held``, its switch at a charge."""
+        return IdealLoad(circuit, Store(held, switch), np.empty((samples, 2)))
 
 
 class SeveralModes:
@@ -167,10 +171,14 @@ class SeveralModes:
         z[:, 0] = start
         return z.reshape(-1), np.empty(z.size)
 
-    def ideal_load(self, circuit: IdealCircuit, start: Floats, held: float, samples: int) -> Any:
-        """An ideal circuit whose capacitor has the voltage ``held``, its switch at the charge."""
+    def charge(self, start: Floats) -> float:
+        """The charge that the circuit sees, over theta l."""
+        return float(np.dot(self.modes.coupling, start[: self.modes.count]))
+
+    def ideal_load(self, circuit: IdealCircuit, held: float, switch: float, samples: int) -> Any:
+        """An ideal circuit whose capacitor has the voltage ``held``, its switch at a charge."""
         store = np.zeros((2, BATCH))
-        store[:, 0] = held, np.dot(self.modes.coupling, start[: self.modes.count])
+        store[:, 0] = held, switch
         return ModalIdealLoad(circuit, store, np.empty((samples, 2)))
 
 
@@ -269,7 +277,8 @@ def trace(
         begin = np.array(start[: begin.size], dtype=np.float64)
     load: Any = None
     if circuit is not None:
-        load = mechanics_of(eqs).ideal_load(circuit, begin, held, len(noise) // stride)
+        mechanics = mechanics_of(eqs)
+        load = mechanics.ideal_load(circuit, held, mechanics.charge(begin), len(noise) // stride)
     update = update_of(eqs, h, ngspice_rule) if ngspice_rule else EXACT
     path = follow(eqs, noise, h, stride, start=begin, shaking=shaking, load=load, update=update)
     return path if load is None else replace(path, U=load.charge)

@@ -10,6 +10,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from harvester.netlists.expression_tree import Node
 from harvester.netlists.part import INSIDE, CircuitPart, ModelCard
 
+RELTOL = 1e-4  # ngspice's relative tolerance, unless another is asked for
+RELTOL_OF_JUDGE = 1e-5  # the same where ngspice judges another engine
+# of the piezo's capacitance, from each node to ground, which are tried in turn where ngspice does
+# not converge: diodes without one of their own leave a node between them that nothing holds while
+# both block
+SHUNTS = 0.0, 1e-5, 1e-4
+
 _INFIX = {
     "and": "&&",
     "or": "||",

@@ -44,14 +44,14 @@ def scene_section(problem: Problem, text: str = "") -> Section:
     if problem.physical:
         tables = [_keys(problem.scene), *tables, _scales(problem)]
     listings = [Listing("Scene file", as_written(problem.scene))]
-    if problem.netlist is not None and problem.circuit is not None:
-        listings.append(Listing(f"Netlist {problem.netlist}", problem.circuit.text, folded=True))
+    if text_of_netlist := problem.netlist_text:
+        listings.append(Listing(f"Netlist {problem.netlist}", text_of_netlist, folded=True))
     return Section("Scene", texts=[text] if text else [], tables=tables, listings=listings)
 
 
 def effects_section(problem: Problem) -> Section:
     """The section of the effects that are present, and those that are absent (not computed, rather than zero)."""
-    present = [*problem.effects, *([] if problem.netlist is None else ["netlist"])]
+    present = problem.present_effects
     others = [effect.name for effect in effects.EFFECTS if effect.name not in EFFECTS]
     words = EFFECTS | {name: name.replace("_", " ") for name in others}
     absent = [name for name in words if name not in present]

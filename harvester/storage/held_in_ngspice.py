@@ -19,12 +19,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.circuits.compiled_circuit import CompiledCircuit, compiled_circuit
+from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, ConvergenceError, MissingProgramError, OutOfTimeError
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.noise import child, three_point_grid
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
+from harvester.netlists.for_ngspice import RELTOL_OF_JUDGE, SHUNTS
 from harvester.netlists.load_circuit import LoadCircuit, with_parts
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 from harvester.storage.measured_current import FADED, JUDGE, time_constant
@@ -42,11 +43,8 @@ SETTLING = (3.0, 1.0)
 AVERAGED = 4.0
 # of the store, over the piezo's capacitance: more would be lost in the digits of ngspice's voltage
 HELD = 1e5
-RELTOL = 1e-5  # of ngspice, which is the judge here
 PATIENCE = 60.0  # s, for all runs
 JUDGING = 0.3  # of what is left of a budget, for them
-# of the piezo's capacitance, from each node to ground, where ngspice does not converge
-SHUNTS = 0.0, 1e-5, 1e-4
 FAINT = 0.05  # of the largest current: a difference is told as a part of no less
 
 
@@ -98,7 +96,7 @@ def current_difference(
     load = held_load(problem.load_circuit, HELD * scales.capacitance)
     h = whole_steps(step_from_rest(eqs), eqs.shaking_period) if piece is None else piece.h
     device = CoupledDevice(
-        eqs, scales, load, h, 1, reltol=RELTOL, ideal=compiled_circuit(load, scales)
+        eqs, scales, load, h, 1, reltol=RELTOL_OF_JUDGE, ideal=compiled_circuit(load, scales)
     )
     seeds = np.random.SeedSequence([seed, 19]).spawn(RUNS if eqs.is_random else 1)
     latest = time.monotonic() + left
@@ -149,12 +147,12 @@ def _gains(
     piece: Piece | None,
 ) -> tuple[float, float]:
     """The voltages (V) that a held store gains in ngspice and in the compiled circuit, in this process."""
-    from harvester.cosimulation.runs import new_drive, nodes_of, run_in_this_process
+    from harvester.cosimulation.runs import in_ngspice, new_drive, run_in_this_process
 
     eqs = device.eqs
     h = device.h
-    circuit = device.ideal
-    assert isinstance(circuit, CompiledCircuit), "of a compiled circuit"
+    circuit = device.compiled
+    assert circuit is not None, "of a compiled circuit"
     if piece is None:
         unit = time_constant(eqs)
         repeat = eqs.shaking_period
@@ -201,7 +199,7 @@ def _gains(
             drive.state["follows"] = 1
         try:
             shunted = dataclasses.replace(device, shunt=shunt)
-            run_in_this_process(shunted, drive, deadline, nodes_of(device, start))
+            run_in_this_process(shunted, drive, deadline, in_ngspice(circuit.voltages(start[4])))
             break
         except ConvergenceError:
             if shunt == SHUNTS[-1]:

@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from harvester.arrays import Floats, aligned
-from harvester.circuits.circuit_batch import MASS_ROWS
 from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.mechanics.ensemble.loads import loaded
+from harvester.mechanics.ensemble.own_circuit import MASS_ROWS
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit

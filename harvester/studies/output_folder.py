@@ -20,11 +20,10 @@ if TYPE_CHECKING:
 def provenance(scene: Scene | Problem, **extra: Any) -> dict[str, Any]:
     """The origin of a study's numbers: versions, machine, command and scene, and ``extra`` arguments of the study."""
     problem = Problem.of(scene)
-    circuit = None if problem.netlist is None else problem.circuit
     return origin() | {
         "scene": problem.scene.tables(),
         "scene_digest": problem.scene.digest,
-        "netlist": None if circuit is None else circuit.text,
+        "netlist": problem.netlist_text,
         **extra,
     }
 

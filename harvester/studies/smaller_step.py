@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from typing import TypeVar
 
-from harvester.engines.spice.setup import SHUNTS
 from harvester.equations.problem import Problem
 from harvester.errors import ConvergenceError
+from harvester.netlists.for_ngspice import SHUNTS
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.uncertainty.value import amount
 

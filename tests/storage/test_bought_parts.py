@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+from harvester.commands.design import design
 from harvester.netlists.load_circuit import netlist_folder
 from harvester.scene.sensor_node import HarvestingChip
 from harvester.storage.bought_parts import CHIPS
@@ -65,3 +66,12 @@ def test_the_file_and_the_netlist_do_not_both_have_a_number():
     for table in tables:
         for key in re.findall(r"(\w+) = \"", table.split("}")[0]):
             assert not re.search(rf"(?m)^{key} = ", table)
+
+
+def test_texts_name_the_chips_that_there_are():
+    """All in the list of the key, and those with a netlist in that of the option."""
+    described = str(HarvestingChip.__annotations__["name"])
+    assert all(name in described for name in CHIPS)
+    option = next(one for one in design.params if one.name == "chips")
+    with_netlist = [name for name, chip in CHIPS.items() if chip.netlist == name]
+    assert sorted(re.findall(r"[a-z]+\d+", option.help)) == sorted(with_netlist)

@@ -132,3 +132,25 @@ BEAM = hv.Scene(
     excitation=hv.Excitation(acceleration_psd="1e-4 g^2/Hz"),
     load=hv.Load(resistance="100 kohm"),
 )
+
+# A beam of two modes under a sinusoid, whose second is shaken nearly as much as its first.
+TWO_MODES = """
+[oscillator]
+mass = "10 g"
+frequency = "50 Hz"
+damping_ratio = 0.02
+[piezo]
+coupling = "2e-3 N/V"
+capacitance = "50 nF"
+[[mode]]
+frequency = "130 Hz"
+mass = "12 g"
+damping_ratio = 0.02
+coupling = "-5e-3 N/V"
+base = -0.8
+[excitation]
+acceleration_amplitude = "0.3 g"
+frequency = "50 Hz"
+[load]
+resistance = "50 kohm"
+"""

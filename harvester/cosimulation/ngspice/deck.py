@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from harvester.cosimulation.lockstep.state import VECTORS
 from harvester.mechanics.kernels.ngspice_rule import rule_weight
-from harvester.netlists.for_ngspice import lines_for_ngspice
+from harvester.netlists.for_ngspice import RELTOL, lines_for_ngspice
 from harvester.netlists.load_circuit import LoadCircuit
 
 REST = (0.0, 0.0, 0.0)
@@ -41,7 +41,7 @@ def build_deck(
     duration: float,
     start: tuple[float, float, float] = REST,
     volts: float = 1.0,
-    reltol: float = 1e-4,
+    reltol: float = RELTOL,
     nodes: Mapping[str, float] | None = None,
     probes: Sequence[str] = (),
     trapezoidal: bool = False,

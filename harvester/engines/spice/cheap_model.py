@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.engines.options import MonteCarloOptions, number
-from harvester.engines.sampling import DRAWN, FINE, KNOWN, LOOSE, affordable, first_duration
+from harvester.engines.sampling import (
+    DRAWN,
+    FINE,
+    KNOWN,
+    LOOSE,
+    affordable,
+    first_duration,
+    has_own_kernel,
+)
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
@@ -96,7 +104,6 @@ def pilot_of(
     ngspice_rule: bool,
 ) -> "tuple[Trajectories, float]":
     """The trajectories of the cheap model, compiled, and the seconds of the compilation."""
-    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.richardson import compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
@@ -105,7 +112,7 @@ def pilot_of(
     seed = np.random.SeedSequence([options.seed, 1])
     h = options.step(problem.units.frequency)
     many = None if options.within is None else FINE  # for they weigh the controls of few runs
-    if isinstance(ideal, CompiledCircuit):
+    if has_own_kernel(ideal):
         many = LOOSE  # whose steps take a hundred times as long
     count = max(affordable(eqs.is_steady, ideal, many), 0 if eqs.density is None else DRAWN)
     pilot = Trajectories(
@@ -137,7 +144,7 @@ def cheap_model(
     spent = time.perf_counter() - begin
     share = None if budget is None else SHARE * budget
     is_twin = pilot.circuit is not circuit
-    first = FIRST if isinstance(pilot.circuit, CompiledCircuit) else 1.0
+    first = FIRST if pilot.loaded.is_dear else 1.0
     pair = RichardsonPair(pilot, first * first_duration(burn_in, spent, share), budget)
     if within is not None:
         target = Target((TWINS if is_twin else 1.0) * within, share, begin)
@@ -183,21 +190,13 @@ def settled_starts(
     It is `MEMORIES` of the response or of the charging: the circuits differ by little, and controls
     remove the rest.
     """
-    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.ensemble.burn_in import memory
 
     pilot = pair.trajectories
     slowest = max(memory(pilot, pair.moments, pair.duration), charging_time)
     rng = np.random.default_rng(np.random.SeedSequence([seed, 3]))
     states = rng.permutation(np.moveaxis(pilot.state, 1, 2).reshape(-1, pilot.state.shape[1]))
-    # which has more states than x, x', V and that of Csmooth
-    is_compiled = isinstance(pilot.circuit, CompiledCircuit)
-    # where the states of several modes go on
-    circuit_at = 4 if is_compiled else 5 if pilot.eqs.modes is not None else None
-    starts: list[Start] = [
-        (*map(float, state[:4]), *([state[circuit_at:]] if circuit_at else [])) for state in states
-    ]
-    return min(MEMORIES * slowest, from_rest), starts
+    return min(MEMORIES * slowest, from_rest), [pilot.loaded.start(state) for state in states]
 
 
 def _with_best_step(

@@ -11,6 +11,7 @@ import numpy as np
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
+from harvester.netlists.for_ngspice import RELTOL, RELTOL_OF_JUDGE, SHUNTS
 from harvester.uncertainty.paired_difference import difference95, share95
 
 if TYPE_CHECKING:
@@ -26,10 +27,9 @@ AVERAGED = 64.0
 LONGEST = 300.0
 MEMORIES = 2.0
 SHARE = 0.25  # of a budget, that these runs may take
-RELTOL = 1e-5  # of ngspice, which is the judge here
 # What is tried in turn if ngspice does not converge: its tolerance, and a capacitance from each
 # node to ground, of the piezo's.
-TRIED = (RELTOL, 0.0), (RELTOL, 1e-5), (RELTOL, 1e-4), (1e-4, 0.0)
+TRIED = (*((RELTOL_OF_JUDGE, shunt) for shunt in SHUNTS), (RELTOL, 0.0))
 
 
 def difference_from_ngspice(
@@ -122,7 +122,13 @@ def _beside(problem: Problem, h: float) -> "tuple[CompiledCircuit, CoupledDevice
 
     circuit = compiled_circuit(problem.load_circuit, problem.scales)
     device = CoupledDevice(
-        problem.equations, problem.scales, problem.load_circuit, h, 1, reltol=RELTOL, ideal=circuit
+        problem.equations,
+        problem.scales,
+        problem.load_circuit,
+        h,
+        1,
+        reltol=RELTOL_OF_JUDGE,
+        ideal=circuit,
     )
     return circuit, device
 

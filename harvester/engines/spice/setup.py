@@ -18,6 +18,7 @@ from harvester.engines.spice.difference import difference_from_ngspice
 from harvester.equations.effects import RULE, unknown_to
 from harvester.equations.problem import Problem
 from harvester.errors import UnboundedResponseError, invalid
+from harvester.netlists.for_ngspice import RELTOL
 from harvester.netlists.probes import Probe
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import WELLS
@@ -30,11 +31,6 @@ if TYPE_CHECKING:
 # of a target, and of one where none is given: what a compiled circuit may differ by
 NEAR, LOOSE = 0.3, 0.02
 HALF = 0.5  # of that, below which half of the runs that tell it do
-# Capacitances from each node to ground that are tried in turn where ngspice does not converge, of
-# the piezo's: diodes without one of their own leave a node between them that nothing holds while
-# both block.  The last try is that of a netlist which bears none of them: an answer without one,
-# whose tolerance could not be measured.
-SHUNTS = 0.0, 1e-5, 1e-4, 0.0
 READING = 0.4  # nondimensional time between readings: V^2 varies on the scale of 1
 
 
@@ -163,7 +159,7 @@ class SpiceSetup:
 def set_up(
     problem: Problem,
     options: MonteCarloOptions,
-    reltol: float = 1e-4,
+    reltol: float = RELTOL,
     gaussian: bool = False,
     settled: bool = False,
     probes: tuple[Probe, ...] = (),

@@ -19,9 +19,9 @@ from harvester.engines.spice.estimates import partial_answer, sampled_estimate, 
 from harvester.engines.spice.first_batch import TRAJECTORIES, first_batch
 from harvester.engines.spice.probed_answer import Watch, watch_of, with_steady_probes
 from harvester.engines.spice.runs import Runs
-from harvester.engines.spice.setup import SHUNTS, SpiceSetup, set_up
+from harvester.engines.spice.setup import SpiceSetup, set_up
 from harvester.engines.spice.steady import Steady
-from harvester.engines.spice.steady_response import is_the_only_one, steady_response
+from harvester.engines.spice.steady_response import is_the_only_one, may_come_back, steady_response
 from harvester.equations.effects import BEYOND_CIRCUITS
 from harvester.equations.problem import Problem
 from harvester.errors import (
@@ -32,6 +32,7 @@ from harvester.errors import (
     OutOfTimeError,
     invalid,
 )
+from harvester.netlists.for_ngspice import RELTOL, SHUNTS
 from harvester.presentation.diagnostic import Diagnostic, refusal
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target
@@ -101,7 +102,7 @@ class Spice(MonteCarloOptions, Engine):
     """
 
     alone: bool = False
-    reltol: float = 1e-4
+    reltol: float = RELTOL
     gaussian: bool = False
     probe: tuple[str, ...] = ()
     ledger: bool = False
@@ -148,8 +149,9 @@ class Spice(MonteCarloOptions, Engine):
         """
         problem = Problem.of(scene)
         answer, steady = self._run(problem, None, progress)
-        searched = problem.equations.is_steady and problem.equations.modes is None
-        return with_others(self, answer, problem, self.reltol, steady) if searched else answer
+        if not may_come_back(problem):
+            return answer
+        return with_others(self, answer, problem, self.reltol, steady)
 
     def continues(self, problem: Problem) -> bool:
         """Whether the answer is found sooner from that of a neighbouring scene, and is the same."""
@@ -205,9 +207,7 @@ class Spice(MonteCarloOptions, Engine):
         problem = problem if self.ledger else problem.plain
         exists = existence(problem)
         self.check_times(problem.physical)
-        one_mode = problem.equations.modes is None  # the search for a periodic response is of one
-        sought = one_mode and problem.equations.is_steady
-        if sought and self.trajectories is None and self.duration is None:
+        if may_come_back(problem) and self.trajectories is None and self.duration is None:
             if (
                 steady := steady_response(self, problem, self.reltol, progress, watch.all, near)
             ) is not None:
@@ -278,10 +278,11 @@ class Spice(MonteCarloOptions, Engine):
                         return better, said
             return runs, [reached, chosen]
 
-        for shunt in SHUNTS[:-1]:
+        for shunt in SHUNTS:
             with contextlib.suppress(ConvergenceError):
                 return tried(shunt, False)
-        return tried(SHUNTS[-1], True)
+        # of a netlist that bears none of them, without one: its tolerance could not be measured
+        return tried(0.0, True)
 
     def _may_tighten(
         self, reached: Diagnostic | None, setup: SpiceSetup, seconds_left: float

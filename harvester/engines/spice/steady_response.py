@@ -11,24 +11,27 @@ from typing import TYPE_CHECKING
 
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import Progress
-from harvester.engines.spice.setup import SHUNTS
 from harvester.engines.spice.steady import FEWEST_STEPS, HALVINGS, RUNNING, WITHIN, Steady
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
+from harvester.netlists.for_ngspice import SHUNTS
 from harvester.netlists.probes import Probe
 
 if TYPE_CHECKING:
     from harvester.cosimulation.periodic_responses import Neighbour
 
 
+def may_come_back(problem: Problem) -> bool:
+    """Whether a periodic response is sought: under a steady drive, on the way of ngspice, of one mode."""
+    return problem.equations.is_steady and problem.equations.modes is None
+
+
 def is_the_only_one(options: MonteCarloOptions, problem: Problem) -> bool:
     """Whether the response is periodic, and the only one: that of a linear mass, whose circuit feeds nothing."""
     from harvester.cosimulation.load_elements import feeds_nothing
 
-    if not problem.equations.is_steady or problem.equations.modes is not None:
-        return False
-    if (options.trajectories, options.duration) != (None, None):
+    if not may_come_back(problem) or (options.trajectories, options.duration) != (None, None):
         return False
     circuit = problem.circuit
     linear = linear_growth(problem.equations) is not None
@@ -83,7 +86,7 @@ def _precise(steady: Steady, near: "Neighbour | None", progress: Progress | None
     than all that are tried, it is the first response that was found; None if none was.
     """
     first = None
-    shunts = SHUNTS[:-1] if steady.first.load.topology is None else (0.0,)
+    shunts = SHUNTS if steady.first.load.topology is None else (0.0,)
     for shunt in shunts:
         device = dataclasses.replace(steady.first, shunt=shunt)
         tried = dataclasses.replace(steady, first=device, responses={})

@@ -12,13 +12,14 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
-from harvester.mechanics.ensemble.own_circuit import OwnCircuit
+from harvester.mechanics.ensemble.own_circuit import MASS_ROWS, OwnCircuit
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary, interleaved
 from harvester.mechanics.kernels.control_variates import boundary
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.offset_stops import loss_unit
+from harvester.mechanics.kernels.path import Path
 from harvester.mechanics.kernels.shaken_control_variates import martingales
 from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.kernels.trajectory_batch import (
@@ -31,7 +32,7 @@ from harvester.mechanics.kernels.trajectory_batch import (
     mid_drift,
 )
 from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion
-from harvester.mechanics.trace import mechanics_of
+from harvester.mechanics.trace import follow, mechanics_of
 
 LOAD_TIMES = 5.0  # time constants of the load
 CHARGING_TIMES = 6.0  # time constants of a smoothing capacitor
@@ -95,6 +96,19 @@ class Loaded(Protocol):
     ) -> None:
         """Go from the states of a block after a kick to x, x' and V half a step later."""
 
+    def follow(self, state: Floats, noise: Floats, h: float, shaking: Floats | None) -> Path:
+        """One path on from a trajectory's ``state`` after a kick, shape (rows,), with a sample a kick.
+
+        ``noise`` and ``shaking`` are as of `harvester.mechanics.trace.trace`, from that kick on.
+        """
+
+    def start(self, state: Floats) -> tuple[Any, ...]:
+        """A trajectory's ``state``, shape (rows,), as the start of a run of ngspice.
+
+        x, x', V and the voltage of the store; and if there are any, as the fifth, a circuit's state
+        and y_2, ... and y_2', ... in one array.
+        """
+
     def boundary(self, states: Floats) -> Floats:
         """The functions of states, shape (rows, count), whose changes are one kind of controls."""
 
@@ -112,9 +126,12 @@ class Loaded(Protocol):
 
 
 class WithResistor:
-    """One mode with the load resistor of its equations, or an open circuit."""
+    """One mode with the load resistor of its equations, or an open circuit.
 
-    rows = RESISTOR_ROWS
+    Rows of one mode with the load are ``load_rows``, and those of further modes follow.
+    """
+
+    rows = load_rows = RESISTOR_ROWS
     sums = len(SUMS)
     largest = math.inf
     is_dear = False
@@ -124,7 +141,8 @@ class WithResistor:
 
     def __init__(self, eqs: Equations) -> None:
         self.eqs = eqs
-        self.coefficients: Any = mechanics_of(eqs).coefficients
+        self.mechanics = mechanics_of(eqs)
+        self.coefficients: Any = self.mechanics.coefficients
         self.martingales = martingales(eqs.coloured is not None)
 
     @property
@@ -171,6 +189,29 @@ class WithResistor:
     ) -> None:
         """Go from the states of a block after a kick to x, x' and V half a step later."""
         mid_drift(batch, out, h, self.coefficients, self.circuit, shaker)
+
+    def follow(self, state: Floats, noise: Floats, h: float, shaking: Floats | None) -> Path:
+        """One path on from a state after a kick."""
+        load = None
+        if self.circuit is not None:
+            held, switch = map(float, state[RESISTOR_ROWS:IDEAL_ROWS])
+            load = self.mechanics.ideal_load(self.circuit, held, switch, len(noise))
+        return follow(
+            self.eqs,
+            noise,
+            h,
+            stride=1,
+            start=state[self.mechanics.order(self.load_rows)],
+            shaking=shaking,
+            load=load,
+            goes_on=True,
+        )
+
+    def start(self, state: Floats) -> tuple[Any, ...]:
+        """A state as the start of a run of ngspice."""
+        below = state[self.load_rows :]
+        held = float(state[RESISTOR_ROWS]) if self.load_rows > RESISTOR_ROWS else 0.0
+        return (*map(float, state[:RESISTOR_ROWS]), held, *([below] if below.size else []))
 
     def boundary(self, states: Floats) -> Floats:
         """See `harvester.mechanics.kernels.control_variates`."""
@@ -236,7 +277,7 @@ class WithStore(WithResistor):
 class WithIdeal(WithStore):
     """One mode with an ideal circuit."""
 
-    rows = IDEAL_ROWS
+    rows = load_rows = IDEAL_ROWS
     sums = len(IDEAL_SUMS)
 
     def __init__(self, eqs: Equations, circuit: IdealCircuit) -> None:
@@ -259,7 +300,7 @@ class WithCircuit(WithStore):
         super().__init__(eqs)
         self.kernels = circuit
         self.store = circuit
-        self.rows = circuit.rows
+        self.rows = self.load_rows = circuit.rows
         self.sums = circuit.sums
 
     @property
@@ -288,6 +329,23 @@ class WithCircuit(WithStore):
     ) -> None:
         """As the circuit's kernel drifts."""
         self.kernels.mid_drift(state, out, h, self.eqs, shaker)
+
+    def follow(self, state: Floats, noise: Floats, h: float, shaking: Floats | None) -> Path:
+        """One path on from a state after a kick, by the circuit's kernel."""
+        return self.kernels.trace(
+            self.eqs,
+            noise,
+            h,
+            stride=1,
+            start=state[self.mechanics.order(self.load_rows)][:-1],
+            state=state[MASS_ROWS : self.load_rows],
+            shaking=shaking,
+            kicked=True,
+        )
+
+    def start(self, state: Floats) -> tuple[Any, ...]:
+        """A state as the start of a run of ngspice, with the circuit's own."""
+        return (*map(float, state[:MASS_ROWS]), state[MASS_ROWS:])
 
     def check(self, own_sums: Floats, state: Floats) -> None:
         """Raise CircuitError if too many circuit steps failed."""
@@ -318,7 +376,7 @@ class ModesWithResistor(WithResistor):
 
     def begin(self, state: Floats) -> None:
         """Place a ball amid its box."""
-        self.motion.begin(state, RESISTOR_ROWS)
+        self.motion.begin(state, self.load_rows)
 
     def advance(
         self,
@@ -346,8 +404,11 @@ class ModesWithResistor(WithResistor):
 class ModesWithIdeal(WithStore, ModesWithResistor):
     """Several modes with an ideal circuit."""
 
+    load_rows = IDEAL_ROWS
+
     def __init__(self, eqs: Equations, circuit: IdealCircuit) -> None:
         ModesWithResistor.__init__(self, eqs, circuit)
+        self.circuit = circuit
         self.store = circuit
         self.martingales = martingales(eqs.coloured is not None)
 
@@ -359,7 +420,7 @@ class ModesWithIdeal(WithStore, ModesWithResistor):
     def begin(self, state: Floats) -> None:
         """Place the switch at the displacement, and a ball amid its box."""
         state[:, 4] = state[:, 0]
-        self.motion.begin(state, IDEAL_ROWS)
+        self.motion.begin(state, self.load_rows)
 
     def batch(
         self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
@@ -370,7 +431,7 @@ class ModesWithIdeal(WithStore, ModesWithResistor):
 
     def boundary(self, states: Floats) -> Floats:
         """Those of the modes and the store."""
-        return self.motion.boundary(states, self.eqs, IDEAL_ROWS)
+        return self.motion.boundary(states, self.eqs, self.load_rows)
 
 
 class ModesWithCircuit(WithCircuit):
@@ -389,11 +450,11 @@ class ModesWithCircuit(WithCircuit):
     def begin(self, state: Floats) -> None:
         """As the circuit begins; a ball is placed amid its box."""
         self.kernels.begin(state)
-        self.motion.begin(state, self.kernels.rows)
+        self.motion.begin(state, self.load_rows)
 
     def boundary(self, states: Floats) -> Floats:
         """Those of the modes and the store."""
-        return self.motion.boundary(states, self.eqs, self.kernels.rows)
+        return self.motion.boundary(states, self.eqs, self.load_rows)
 
 
 def loaded(eqs: Equations, circuit: IdealCircuit | OwnCircuit | None) -> Loaded:

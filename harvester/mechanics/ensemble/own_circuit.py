@@ -8,6 +8,9 @@ from harvester.mechanics.kernels.path import Path
 from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.kernels.trajectory_batch import Batch, Schedule
 
+# rows of the mass: x, x', V, and the voltage of the store; a circuit's state is below them
+MASS_ROWS = 4
+
 
 class OwnCircuit(Protocol):
     """A circuit of a room above that brings kernels of its own: how many rows its states and sums have, and these."""
@@ -49,11 +52,15 @@ class OwnCircuit(Protocol):
         noise: Floats,
         h: float,
         stride: int,
-        start: tuple[float, float],
-        state: Floats | None,
+        start: Floats,
+        state: Floats,
         shaking: Floats | None,
+        kicked: bool,
     ) -> Path:
-        """One trajectory from x, x' and a state of the circuit, which are the rows of states below the fourth."""
+        """One trajectory from y, y' and a state of the circuit, the rows of states from `MASS_ROWS` on.
+
+        ``kicked`` states that the start is after a kick.
+        """
 
     def mid_drift(
         self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None

@@ -206,7 +206,7 @@ class ModalMotion:
         self.circuit = circuit
         self.sums = len(SUMS if circuit is None else IDEAL_SUMS)
         self.before = RESISTOR_ROWS if circuit is None else RESISTOR_ROWS + 2
-        self.coefficients = modal_coefficients(eqs)
+        self.coefficients = modal_coefficients(eqs, eqs.modes)
         self.count = eqs.modes.count
         self.rows = self.before - 2 + 2 * self.count
         self.martingales = 2 * (2 * self.count + 1)
@@ -282,7 +282,6 @@ class ModalMotion:
         """
         from scipy.linalg import solve_continuous_lyapunov
 
-        assert eqs.modes is not None
         if circuit is not None:
             return self._circuit_boundary(states[self.order(circuit)], states[RESISTOR_ROWS], eqs)
         z = states[self.order()][: None if eqs.mu is not None else -1]
@@ -290,9 +289,9 @@ class ModalMotion:
         if eqs.mu is not None:
             weights[-1] = 1.0
         else:
-            weights[: self.count] = eqs.modes.coupling
+            weights[: self.count] = self.modes.coupling
         bound = [
-            j for j in range(len(z)) if j % self.count < eqs.modes.sprung or j == 2 * self.count
+            j for j in range(len(z)) if j % self.count < self.modes.sprung or j == 2 * self.count
         ]
         z = z[bound]
         weights = weights[bound]
@@ -302,10 +301,9 @@ class ModalMotion:
 
     def _circuit_boundary(self, z: Floats, U: Floats, eqs: Equations) -> Floats:
         """The functions of modes z and the voltage U of a circuit's store, shape (9, count)."""
-        modes = eqs.modes
+        modes = self.modes
         n = self.count
         V = z[-1]
-        assert modes is not None
         y = z[:n]
         v = z[n : 2 * n]
         x = modes.direction @ z[:n]

@@ -22,6 +22,7 @@ import math
 from typing import NamedTuple
 
 from harvester.equations.coefficients import Equations, friction_names
+from harvester.equations.modes import Modes
 from harvester.mechanics.kernels.coefficients import Coefficients, Impacts, State
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.equation_of_motion import (
@@ -57,10 +58,8 @@ class ModalCoefficients(NamedTuple):
     pull: float | None = None
 
 
-def modal_coefficients(eqs: Equations) -> ModalCoefficients:
+def modal_coefficients(eqs: Equations, modes: Modes) -> ModalCoefficients:
     """The coefficients of equations with several modes, for their kernels."""
-    modes = eqs.modes
-    assert modes is not None
     names = ("mu", "alpha", "beta", *friction_names(), "cv", "n1", "linear", "alpha2", "softening")
     plain = Coefficients(**{name: getattr(eqs, name) for name in names})
     of = ModalCoefficients(

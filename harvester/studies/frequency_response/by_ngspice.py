@@ -47,7 +47,8 @@ def by_ngspice(
     ngspice, and the last error if no frequency has a point.
     """
     served(type(engine), driven.problem)
-    check_one_mode(driven.problem.equations)
+    if engine.runs_ngspice:  # whose way to a periodic response is of one mode
+        check_one_mode(driven.problem.equations)
     points = list[ResponsePoint]()
     failures = list[Failure]()
     warnings = list[Diagnostic]()
@@ -106,8 +107,9 @@ def _state(near: "Neighbour | CircuitStart") -> State:
     from harvester.circuits.circuit_period import CircuitStart
 
     if isinstance(near, CircuitStart):
-        x, v = near.coordinates
-        return {"x": x, "v": v, "circuit": near.state.tolist(), "turns": near.turns}
+        x, v = np.split(near.coordinates, 2)
+        motion = {"x": x.tolist(), "v": v.tolist()}
+        return {**motion, "circuit": near.state.tolist(), "turns": near.turns}
     ways = (
         None
         if near.secants is None
@@ -128,10 +130,12 @@ def _neighbour(state: State) -> "Neighbour | CircuitStart":
     from harvester.mechanics.periodic import MULTIPLES, Secants
 
     if "circuit" in state:
-        vector = np.array([state["x"], state["v"], *state["circuit"]], dtype=float)
-        if not np.isfinite(vector).all() or not 1 <= int(state["turns"]) <= MULTIPLES:
+        coordinates = np.array([state["x"], state["v"]], dtype=float).ravel()
+        circuit = np.array(state["circuit"], dtype=float)
+        finite = all(np.isfinite(values).all() for values in (coordinates, circuit))
+        if not finite or not 1 <= int(state["turns"]) <= MULTIPLES:
             raise ValueError("no state of mass and circuit")
-        return CircuitStart(vector[:2], vector[2:], int(state["turns"]))
+        return CircuitStart(coordinates, circuit, int(state["turns"]))
     numbers = (
         state["section"]["x"],
         state["section"]["v"],

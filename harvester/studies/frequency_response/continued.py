@@ -132,8 +132,8 @@ def _point(
         .scaled(units.length**2)
         .root()
     )
-    known = spread is not None and spread <= UNLIKE and problem.equations.modes is None
-    phases = _phases(problem, pair, model.circuit) if known else (None, None)
+    known = spread is not None and spread <= UNLIKE
+    phases = _phases(problem, pair) if known else (None, None)
     return ResponsePoint(
         direction=direction,
         frequency=frequency,
@@ -151,54 +151,24 @@ def _spread(each: Floats) -> float:
     return float(np.ptp(each) / each.max()) if each.max() > 0.0 else 0.0
 
 
-def _phases(
-    problem: Problem, pair: "RichardsonPair", circuit: "IdealCircuit | OwnCircuit | None"
-) -> Phases:
-    """The phases of displacement and voltage to the base, on one path that continues from the trajectories.
+def _phases(problem: Problem, pair: "RichardsonPair") -> Phases:
+    """The phases of displacement and voltage to the base, on one path that continues from the first trajectory.
 
-    They are in the middle of a drift there, half a step after the drive's phase that their filter has, and so is the
-    drive that this path has.  None if its displacement is not that of the trajectories: it moved to
-    another response.
+    None if its displacement is not that of the trajectories: it moved to another response.
     """
-    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
-    from harvester.mechanics.trace import trace
-
     trajectories, eqs = pair.trajectories, problem.equations
     assert eqs.drive is not None and eqs.drive_frequency is not None, "Driven checks this"
     h = trajectories.h
     steps = WAVES * round((eqs.shaking_period or h) / h)
     first = math.atan2(float(trajectories.filter[0, 1, 0]), float(trajectories.filter[0, 0, 0]))
-    angles = first + eqs.drive_frequency * h * (np.arange(steps + 1.0) + 0.5)
-    x, v, voltage = (float(values[0]) for values in trajectories.snapshot())
-    quiet = np.zeros(steps)
+    angles = first + eqs.drive_frequency * h * np.arange(steps + 1.0)
     shaking = abs(eqs.drive) * np.cos(angles)
-    stored = 0.0 if circuit is None else float(trajectories.state[0, 3, 0])
-    if circuit is None or isinstance(circuit, IdealCircuit):
-        path = trace(
-            eqs,
-            quiet,
-            h=h,
-            stride=1,
-            start=(x, v, voltage, stored),
-            shaking=shaking,
-            circuit=circuit,
-        )
-    else:
-        path = circuit.trace(
-            eqs,
-            quiet,
-            h=h,
-            stride=1,
-            start=(x, v),
-            state=trajectories.state[0, 4:, 0],
-            shaking=shaking,
-        )
+    path = trajectories.loaded.follow(trajectories.state[0, :, 0], np.zeros(steps), h, shaking)
     variance = float(np.mean(pair.moments.x2 - pair.moments.x**2))
     if not abs(float(np.var(path.x)) - variance) <= UNLIKE * variance:
         return None, None
-    # half a step after each kick
-    phases = first + eqs.drive_frequency * h * np.arange(2.0, steps + 2.0)
-    harmonics = (first_harmonic(values, phases) for values in (path.x, path.V))
+    middles = angles[1:] + 0.5 * eqs.drive_frequency * h  # of the drifts after each kick
+    harmonics = (first_harmonic(values, middles) for values in (path.x, path.V))
     x_phase, voltage_phase = (
         phase_to_base(harmonic, eqs, problem.physical) for harmonic in harmonics
     )

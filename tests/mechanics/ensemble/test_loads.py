@@ -1,5 +1,7 @@
 """Mechanics with its load: one object states what trajectories need, for each pair of modes and load."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.circuits.idealised import ideal_circuit
 from harvester.equations.problem import Problem
 from harvester.mechanics.ensemble.loads import loaded
+from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from tests.support.paths import ROOT
@@ -18,16 +21,46 @@ RESISTOR = '[load]\nresistance = "100 kohm"\n'
 BRIDGE = '[load]\nnetlist = "bridge"\nparameters = { R = "100 kohm", C = "1 uF" }\n'
 
 
+SWITCHED = BRIDGE.replace("bridge", "parallel_sshi")
+DRIVE = 'acceleration_amplitude = "0.1 g"\nfrequency = "{}"\n'
+CIRCUITS = {
+    "resistor": lambda problem: None,
+    "ideal": lambda problem: ideal_circuit(problem.circuit, problem.scales),
+    "compiled": lambda problem: compiled_circuit(problem.circuit, problem.scales),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mechanics", [ONE, TWO], ids=["one mode", "two modes"])
+@pytest.mark.parametrize("load", CIRCUITS)
+def test_a_path_goes_on_as_its_trajectory_does(mechanics, load):
+    """From a state after a kick, by a kernel of its own, to the state that the trajectory has a period later."""
+    drive = DRIVE.format("3 Hz" if mechanics is ONE else "45 Hz")
+    shaken = re.sub(r"acceleration_psd.*\n", drive, mechanics)
+    text = {"resistor": RESISTOR, "ideal": SWITCHED, "compiled": BRIDGE}[load]
+    problem = Problem.of(hv.loads(shaken + text))
+    eqs = problem.equations
+    trajectories = Trajectories(
+        eqs, 8, np.random.SeedSequence(3), h=0.02, circuit=CIRCUITS[load](problem)
+    )
+    trajectories.run(30.0)
+    before = trajectories.state.copy()
+    angle = np.arctan2(*trajectories.filter[0, ::-1, 2])
+    turn = round(eqs.shaking_period / trajectories.h)
+    shaking = eqs.drive * np.cos(angle + 2.0 * np.pi * np.arange(turn + 1.0) / turn)
+    trajectories.run(eqs.shaking_period)
+    path = trajectories.loaded.follow(before[0, :, 2], np.zeros(turn), trajectories.h, shaking)
+    x, _, voltage = trajectories.state[0, :3, 2]
+    assert abs(voltage) > 1e-3
+    assert path.samples[-1, :2] == pytest.approx([x, voltage], rel=1e-6)
+
+
 @pytest.mark.parametrize("mechanics", [ONE, TWO], ids=["one mode", "two modes"])
 @pytest.mark.parametrize("load", ["resistor", "ideal", "compiled"])
 def test_rows_that_a_load_begins_are_those_that_it_has(mechanics, load):
     """x, x' and V stay; the store is empty, or absent; every further row has a value."""
     problem = Problem.of(hv.loads(mechanics + (RESISTOR if load == "resistor" else BRIDGE)))
-    circuit = {
-        "resistor": lambda: None,
-        "ideal": lambda: ideal_circuit(problem.circuit, problem.scales),
-        "compiled": lambda: compiled_circuit(problem.circuit, problem.scales),
-    }[load]()
+    circuit = CIRCUITS[load](problem)
     pair = loaded(problem.equations, circuit)
     further = 0 if mechanics is ONE else 2  # the second mode's coordinate and speed
     below = {"resistor": 3, "ideal": 5, "compiled": getattr(circuit, "rows", 0)}[load]

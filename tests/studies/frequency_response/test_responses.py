@@ -17,7 +17,7 @@ from harvester.studies.frequency_response.response import draw, points_of, rows_
 from harvester.studies.frequency_response.responses import FrequencyResponses
 from harvester.uncertainty.value import Value
 from tests.support.bimorph import bimorph
-from tests.support.systems import DRIVEN, changed, scene
+from tests.support.systems import DRIVEN, TWO_MODES, changed, scene
 
 pytestmark = pytest.mark.slow
 
@@ -300,3 +300,27 @@ def test_only_some_responses_have_a_bandwidth():
     assert wide.bandwidth("up") is not None and narrow.bandwidth("up") is None
     cells = FrequencyResponses((narrow, wide)).peaks["half_power_bandwidth"]
     assert [cell is None for cell in cells] == [True] * (len(cells) - 1) + [False]
+
+
+def test_phases_of_two_modes_are_those_of_the_closed_form():
+    """Each frequency has both modes' parts, the second mode's at its resonance the larger."""
+    closed, sampled = (
+        hv.response(hv.loads(TWO_MODES), [48.0, 80.0, 133.0], engine=name)
+        for name in ("exact", "ensemble")
+    )
+    for true, found in zip(closed.sweep("up"), sampled.sweep("down"), strict=True):
+        assert found.displacement_phase == pytest.approx(true.displacement_phase, abs=0.1)
+        assert found.voltage_phase == pytest.approx(true.voltage_phase, abs=1.0)
+
+
+def test_phases_of_two_modes_with_a_bridge_are_those_of_its_netlist():
+    """By ideal diodes, and by the netlist's own diodes in its periodic response."""
+    bridge = hv.loads(TWO_MODES).with_load(
+        netlist="bridge", parameters={"R": "50 kohm", "C": "0.3 uF"}
+    )
+    ideal, compiled = (
+        hv.response(bridge, [48.0, 133.0], engine=name) for name in ("ideal", "compiled")
+    )
+    for one, other in zip(ideal.sweep("up"), compiled.sweep("from rest"), strict=True):
+        assert one.displacement_phase == pytest.approx(other.displacement_phase, abs=1.5)
+        assert one.voltage_phase == pytest.approx(other.voltage_phase, abs=1.5)

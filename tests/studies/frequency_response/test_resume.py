@@ -15,7 +15,7 @@ from harvester.studies.frequency_response.response import draw
 from harvester.studies.frequency_response.steps import RESPONSE
 from harvester.studies.sweep.journal import Journal
 from tests.support.bimorph import bimorph
-from tests.support.systems import DRIVEN, changed, scene
+from tests.support.systems import DRIVEN, TWO_MODES, changed, scene
 
 pytestmark = pytest.mark.slow
 
@@ -101,6 +101,18 @@ def test_interrupted_with_ngspice(tmp_path):
     )
     found, computed, kept = resumed(bridge, "44Hz:50Hz:3", out, engines)
     assert (computed, kept) == (1, 8)
+    assert found.table.csv() == whole.table.csv()
+
+
+@pytest.mark.thorough("test_what_is_no_step")
+def test_interrupted_with_several_modes(tmp_path):
+    """A compiled circuit continues from the coordinates and speeds of all modes, as if nothing had ended it."""
+    bridge = hv.loads(TWO_MODES).with_load(netlist="bridge", parameters={"R": "50 kohm"})
+    whole = draw(bridge, "46Hz:50Hz:3", tmp_path / "whole", engines=["compiled"])
+    out = tmp_path / "out"
+    interrupted(bridge, "46Hz:50Hz:3", out, ["compiled"], 2)
+    found, computed, kept = resumed(bridge, "46Hz:50Hz:3", out, ["compiled"])
+    assert (computed, kept) == (1, 2)
     assert found.table.csv() == whole.table.csv()
 
 
