@@ -32,6 +32,7 @@ from harvester.identification.measurement import (
 )
 from harvester.machine import files
 from harvester.quantities.kinds import FREQUENCY, RESISTANCE, Kind, with_prefix
+from harvester.quantities.units import LARGEST, SMALLEST
 from harvester.records.csv_table import MOST_BYTES, CsvColumn, CsvTable, decoded, read_table
 from harvester.records.named_columns import is_frequency, is_time
 from harvester.records.record_clock import times
@@ -130,6 +131,8 @@ def _of_impedance(
     """The impedance at the frequencies above 0 at which it is a number other than 0."""
     good = finite(f, z.real, z.imag) & (f > 0.0) & (np.abs(z) > 0.0)
     _enough(good, key)
+    _check_sizes(f[good], key, "frequencies (Hz)")
+    _check_sizes(np.abs(z[good]), key, "impedances (ohm)")
     return Impedance(label, f[good], z[good], clamped, phase_known)
 
 
@@ -192,10 +195,13 @@ def _responses(
                 mine = SHORT
             every = np.full(len(f), 0.0 if mine is None else mine) if loads is None else loads
             for resistance in np.unique(every[~np.isnan(every)]):
+                _refuse_shorted(of, resistance, label, key)
                 good = finite(f, size) & (f > 0.0) & (np.abs(size) > 0.0) & (every == resistance)
                 if phase is not None:
                     good &= np.isfinite(phase)
                 _enough(good, key)
+                _check_sizes(f[good], key, "frequencies (Hz)")
+                _check_sizes(np.abs(size[good]), key, f"{of}s per acceleration in SI units")
                 angle = None if phase is None else phase[good]
                 responses.append(
                     BaseResponse(
@@ -204,6 +210,16 @@ def _responses(
                 )
             break
     return list(responses)
+
+
+def _refuse_shorted(of: str, load: float, label: str, key: str) -> None:
+    """Refuse a voltage in short circuit, which is 0 for each device."""
+    if of == "voltage" and load == SHORT:
+        raise InputError(
+            f"{key} must have a voltage over a load above 0, but has one in short circuit, "
+            "a voltage of 0: write the load of the measurement behind the name, as in "
+            f"{shown(label + '@100k')}"
+        )
 
 
 def _load_column(table: CsvTable) -> Floats | None:
@@ -238,6 +254,8 @@ def _decay(table: CsvTable, label: str, key: str, load: float | None) -> Decay:
                 )
             if not np.ptp(y[good]) > 0.0:
                 raise InputError(f"{key} must show a ring-down, but its {of} is constant")
+            _check_sizes(np.ptp(t[good]), key, "a length (s)")
+            _check_sizes(np.abs(y[good]).max(), key, f"a largest {of} in SI units")
             written = _LOAD.search(column.name)
             mine = several[0] if several else _load(written[1], key) if written else load
             mine = (OPEN if of == "voltage" else SHORT) if mine is None else mine
@@ -248,3 +266,10 @@ def _decay(table: CsvTable, label: str, key: str, load: float | None) -> Decay:
 def _enough(good: Any, key: str) -> None:
     if good.sum() < FEWEST:
         raise invalid(f"{key}", f"have at least {FEWEST} points with numbers", int(good.sum()))
+
+
+def _check_sizes(values: Any, key: str, name: str) -> None:
+    """Refuse positive numbers so large or small that their squares or quotients overflow."""
+    for number in (float(np.min(values)), float(np.max(values))):
+        if not SMALLEST <= number <= LARGEST:
+            raise invalid(key, f"have {name} between {SMALLEST:g} and {LARGEST:g}", number)

@@ -14,7 +14,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid
 from harvester.presentation.diagnostic import Diagnostic, note, warning
-from harvester.quantities.units import LARGEST
+from harvester.quantities.units import LARGEST, SMALLEST
 from harvester.records.clock_times import with_fraction
 from harvester.records.csv_table import CsvColumn, CsvTable
 from harvester.records.named_columns import is_counter, is_time, unit_of_time
@@ -265,12 +265,20 @@ def _finest(
 
 
 def check_sizes(column: CsvColumn, values: Floats) -> None:
-    """Refuse a number so large that no sum or square of it is one."""
-    large = np.abs(values) > LARGEST
+    """Refuse numbers so large, or all so small, that their squares or quotients overflow."""
+    sizes = np.abs(values)
+    large = sizes > LARGEST
     if large.any():
         row = int(large.argmax()) + 1
         raise invalid(
             f"FILE column {column.name!r} row {row}",
             f"be at most {LARGEST:g} in size",
             float(column.values[row - 1]),
+        )
+    top = float(np.nanmax(sizes, initial=0.0))
+    if 0.0 < top < SMALLEST:
+        raise invalid(
+            f"FILE column {column.name!r}",
+            f"have a number of at least {SMALLEST:g} in size or only zeros",
+            top,
         )

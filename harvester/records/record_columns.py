@@ -262,7 +262,8 @@ def _refuse_interleaved(column: CsvColumn) -> None:
     changes = sum(a != b for a, b in itertools.pairwise(texts))
     if 2 <= len(different) <= MOST_WORDS and changes > INTERLEAVED * len(texts):
         raise AskedError(
-            f"FILE must hold one sensor, but its column {column.name!r} changes between {', '.join(different)}: "
+            f"FILE must hold one sensor, but its column {column.name!r} changes between "
+            f"{', '.join(map(shown, different))}: "
             f"give `where` {shown(f'{column.name}={different[0]}')}",
             "where",
             f"{column.name}={different[0]}",

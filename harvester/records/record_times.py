@@ -143,6 +143,7 @@ def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, 
     """
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
+    _refuse_two_rates(time)
     spacing, numbers = numbered(time, notes)
     good = np.isfinite(values)
     if good.sum() < FEWEST:
@@ -154,7 +155,6 @@ def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, 
     gaps = np.diff(indices) - 1
     lost, longest = int(gaps.sum()), int(gaps.max())
     if longest > LONGEST_GAP or lost > MOST_FILLED * len(values):
-        _refuse_two_rates(time)
         at = spacing * (indices[gaps.argmax()] - numbers[0])
         raise AskedError(
             f"FILE must have no gap of more than {LONGEST_GAP} samples and no more than {MOST_FILLED:.0%} missing, but "
@@ -175,15 +175,25 @@ def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, 
 
 
 def _refuse_two_rates(time: Floats) -> None:
-    """Refuse times whose sampling rate changes for good, as by a setting of the logger."""
+    """Refuse times whose sampling rate changes for good, as by a setting of the logger.
+
+    The typical step changes, which gaps leave as it is, and the mean step, which a coarse clock
+    leaves as it is.
+    """
     count = len(time) // BLOCK
     if count < 2:
         return
     spacings = np.median(np.diff(time)[: BLOCK * (count - 1)].reshape(-1, BLOCK), axis=1)
+    if not spacings[0] > 0.0:
+        return
     other = np.abs(spacings / spacings[0] - 1.0) > CHANGED
     first = int(np.argmax(other))
     if other.any() and other[first:].all():
         row = BLOCK * first - 1
+        mean = float(time[row] - time[0]) / row
+        later = float(time[-1] - time[row + BLOCK]) / (len(time) - 1 - row - BLOCK)
+        if not abs(later / mean - 1.0) > CHANGED:
+            return
         at = float(time[row] - time[0])
         after = float(time[row + BLOCK] - time[0])
         raise InputError(

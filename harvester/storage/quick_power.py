@@ -77,12 +77,14 @@ def _quick_current(problem: Problem) -> RectifiedCurrent:
     h = LONGER * step_from_rest(problem.equations)
     circuit = rectifier.compiled(rectifier.held)
     key = repr((vars(circuit.system), eqs, problem.scales))
-    if key not in MEASURED:
+    current = MEASURED.get(key)  # once: another thread may put its own in this place
+    if current is None:
         volts = np.linspace(0.0, open_voltage(problem, h), VOLTAGES)
-        MEASURED.clear()
         path = StoreOnPath(problem, circuit, rectifier.held, h)
-        MEASURED[key] = measured_current(path, eqs, volts, ROUGH)
-    return MEASURED[key]
+        current = measured_current(path, eqs, volts, ROUGH)
+        MEASURED.clear()
+        MEASURED[key] = current
+    return current
 
 
 MEASURED: dict[str, RectifiedCurrent] = {}  # the last one

@@ -335,6 +335,31 @@ def test_a_rectifier_is_measured_once_for_the_loads_behind_it(monkeypatch):
     assert hv.Slow().quick(other).mean_power == kept
 
 
+class Emptied(dict):
+    """Kept currents that another thread removes right after each look."""
+
+    def __contains__(self, key):
+        found = super().__contains__(key)
+        self.clear()
+        return found
+
+    def get(self, key, default=None):
+        found = super().get(key, default)
+        self.clear()
+        return found
+
+
+@pytest.mark.slow
+def test_a_kept_current_that_another_thread_removes_is_still_an_answer(monkeypatch):
+    """Between the look for a kept current and its use another thread put its own there: a KeyError."""
+    scene = Draft.read(ROOT / "examples" / "bimorph_bq25570.toml").scene()
+    kept = Emptied()
+    monkeypatch.setattr(quick_power, "MEASURED", kept)
+    first_power = hv.Slow().quick(scene).mean_power
+    assert len(kept) == 1
+    assert hv.Slow().quick(scene).mean_power == first_power
+
+
 class Told:
     """A page that notes what it is told."""
 

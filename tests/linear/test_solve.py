@@ -271,3 +271,15 @@ def test_amplitudes_of_modes_that_the_circuit_does_not_couple():
     second = 0.4 / (6.25 - w * w + 0.1j * w)
     assert x == pytest.approx(1.0 / (1.0 - w * w + 0.05j * w), rel=1e-12)
     assert volts == pytest.approx(1j * w / (1j * w + 0.8) * 0.7 * second, rel=1e-12)
+
+
+def test_sharpness_of_modes_is_the_largest_quality_factor():
+    """Q_k = w_k/c_k of modes that the circuit does not couple: 10 and 25."""
+    modes = Modes(
+        stiffness=(1.0, 6.25),
+        damping=(0.1, 0.1),
+        coupling=(0.3, 0.0),
+        base=(1.0, 0.4),
+        contact=(1.0, 0.0),
+    )
+    assert white(Equations(c1=0.0, n1=0.01, modes=modes)).sharpness == pytest.approx(25.0, rel=1e-2)

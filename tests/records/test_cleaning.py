@@ -129,6 +129,8 @@ def test_a_part_of_a_record(harvester, tmp_path):
     assert any("the longest of 3 parts: from 0.68 to 2.998 s" in line for line in answer["found"])
     answer = json.loads(harvester("record", path, "--from", "700ms", "--to", "1.698", "--json")[1])
     assert answer["samples"] == 500
+    answer = json.loads(harvester("record", path, "--to", "0.598", "--json")[1])
+    assert answer["samples"] == 300  # from the first row on
     assert (
         "--to must be later than --from" in harvester("record", path, "--from", "2", "--to", "1")[2]
     )

@@ -86,6 +86,28 @@ def test_fractions_of_a_second_in_a_second_column(tmp_path, head, stamps):
     assert len(record.values) == COUNT
     assert octave_rms(record.values, RATE) / G == pytest.approx(RIGHT, rel=3e-3)
     assert "coarse_clock" not in codes(record)
+    told = codes(record) & {"fraction_column", "finer_times"}
+    assert told or head == "Time,ms"  # the layout has joined these two
+
+
+@pytest.mark.parametrize("slower", [1.3, 2.0])
+@pytest.mark.parametrize("tick", [0.0, 0.02])
+def test_a_rate_that_changes_for_good_is_refused(tmp_path, slower, tick):
+    """Rows at 200 Hz, then slower ones: they were all read at the mean rate, with a note on jitter.
+
+    At one rate the same clock, which is coarse if it has a tick, is read.
+    """
+    steps = np.where(np.arange(800) < 400, 0.005, 0.005 * slower)
+    for every, refused in ((steps, tick == 0.0), (np.full(800, 0.005 * slower), False)):
+        t = np.cumsum(every)
+        t = np.floor(t / tick) * tick if tick else t
+        lines = "\n".join(f"{at:.5f},{np.sin(9.0 * at):.5f}" for at in t)
+        path = written(tmp_path, f"time (s),z (g)\n{lines}\n")
+        if refused:
+            with pytest.raises(InputError, match=rf"changes from 200 to {200 / slower:.4g} Hz"):
+                clean(path)
+        elif every is not steps:
+            assert clean(path).rate == pytest.approx(200.0 / slower, rel=0.01)
 
 
 @pytest.mark.parametrize(

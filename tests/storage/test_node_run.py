@@ -217,3 +217,16 @@ def test_a_store_that_cannot_be_says_what_is_wrong(keys, message):
 def test_a_node_that_cannot_be_says_what_is_wrong(keys, message):
     with pytest.raises(hv.InputError, match=message):
         run(**keys)
+
+
+def test_currents_between_the_voltages_of_a_table_are_straight():
+    """At each voltage of the table its own current, halfway the mean of two, beyond its ends the last one."""
+    node = run(storage={"leakage_resistance": 1e6})
+    table = node.charging[0]
+    middle = 0.5 * (node.volts[1:] + node.volts[:-1])
+    at = np.array([node.at(table, float(v)) for v in node.volts])
+    between = np.array([node.at(table, float(v)) for v in middle])
+    np.testing.assert_allclose(at, table, rtol=1e-9)
+    np.testing.assert_allclose(between, 0.5 * (table[1:] + table[:-1]), rtol=1e-9)
+    assert node.at(table, 2.0 * node.top) == table[-1]
+    assert node.at(table, -1.0) == table[0]

@@ -133,3 +133,15 @@ def test_normal_standard_error_has_the_same_interval():
     value = Value(1.0, 0.1, dof=5.0)
     assert value.normal_stderr == pytest.approx(0.1 * 2.570582 / 1.96, rel=1e-6)
     assert Value(1.0, 0.1).normal_stderr == pytest.approx(0.1)
+
+
+def test_the_root_of_a_mean_square_has_half_its_relative_error():
+    """d sqrt(s) = ds/(2 sqrt(s)) for each part, and the relative error of sqrt(s) is half that of s."""
+    square = Value(9.0, 0.6, 0.3, 0.12, dof=7.0)
+    root = square.root()
+    parts = (root.value, root.stderr, root.bias, root.model, root.dof)
+    assert parts == pytest.approx((3.0, 0.1, 0.05, 0.02, 7.0), rel=1e-12)
+    assert root.known_error95 / root.value == pytest.approx(
+        0.5 * square.known_error95 / square.value, rel=1e-12
+    )
+    assert Value(9.0).root().stderr is None

@@ -204,6 +204,15 @@ def test_amplitude_through_a_state_has_the_load_of_that_amplitude():
     assert amplitude_through(np.zeros(2), np.zeros(2), 0.5, 10.0, 3.0) == pytest.approx([0, 0])
 
 
+def test_the_density_of_the_displacement_has_mass_one():
+    """The int p(x) dx is 1, on the half line of a stop and on the whole line without one."""
+    for eqs in (PAPER, changed(PAPER, restitution=None)):
+        law = density(eqs)
+        x = np.linspace(0.0 if eqs.restitution else -law.A[-1], law.A[-1], 201)
+        mass = np.trapezoid(displacement_density(x, law, eqs), x)
+        assert mass == pytest.approx(1.0, rel=5e-3)
+
+
 @pytest.mark.thorough("test_densities_integrate_to_the_moments")
 @pytest.mark.slow
 @pytest.mark.parametrize(

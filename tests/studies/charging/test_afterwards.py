@@ -29,6 +29,14 @@ def test_shares_of_known_paths():
     assert math.isnan(afterwards(t, 0.0 * t, 4.0).share)
 
 
+@pytest.mark.parametrize("first", [0.0, 2.0])
+def test_a_triangle_wave_is_above_its_mean_for_half_of_the_time(first):
+    """Straight between points that are below and above in turn, from either side."""
+    t = np.arange(9.0)
+    u = np.where(t % 2.0 == 0.0, first, 2.0 - first)
+    assert afterwards(t, u, 1.0).share == pytest.approx(0.5, rel=1e-12 if first == 0.0 else 0.1)
+
+
 def test_a_single_cycle_states_what_the_end_changes():
     t = np.linspace(0.0, 10.0, 100001)
     u = np.where((t >= 2.0) & (t < 4.0) | (t >= 8.0), 1.0, 0.0)
