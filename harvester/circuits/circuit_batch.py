@@ -24,7 +24,8 @@ from harvester.mechanics.modes.modal_circuit import add_modal_features
 from harvester.mechanics.modes.modal_step import ModalCoefficients, dot
 from harvester.mechanics.trace import mechanics_of
 
-# rows of the mass: x, x', V, and the voltage of the store; a circuit's state is below them
+# rows of the mass: x, x', V, and the voltage of the storage capacitor; a circuit's state is below
+# them
 MASS_ROWS = 4
 MORE_SUMS = (*SUMS, "load", "substeps", "failed")
 

@@ -1,4 +1,4 @@
-"""Engine `compiled` under a steady drive: the periodic response at several steps, and ngspice's from there."""
+"""Engine `compiled` under a steady excitation: the periodic response at several steps, and ngspice's from there."""
 
 import time
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from harvester.circuits.circuit_period import CircuitPeriod, CircuitStart
     from harvester.cosimulation.poincare_sections import Origin
 
-RELTOL = 1e-5  # of ngspice, which is the judge here
+RELTOL = 1e-5  # of ngspice, which is the reference here
 # of a circuit's step: with the usual 0.03 switches act at a little other times each period
 TOLERANCE = 2e-3
 JUDGED = 0.5  # of a budget, that ngspice may take
@@ -57,7 +57,7 @@ def steady_answer(
     judged: bool = True,
     progress: Progress | None = None,
 ) -> "tuple[Estimate | None, CircuitPeriod | None]":
-    """The answer of a periodic response from rest, or ``near`` that of a drive close by, and its place; None: none.
+    """The answer of a periodic response from rest, or ``near`` that of an excitation close by, and its place, or None.
 
     With ``judged``, ngspice continues from the response at the longest step to its own, and their
     difference is the model error; with several modes its circuit follows that response.  Without a

@@ -1,4 +1,4 @@
-"""Elasticities of the power of a netlist's load: its compiled circuit at two values of each key on the same noise."""
+"""Sensitivities of the power of a netlist's load: its compiled circuit at two values of each key on the same noise."""
 
 import math
 import time
@@ -39,13 +39,13 @@ def keys_with_elements(problem: Problem) -> Iterator[tuple[str, float]]:
 def elasticities(
     problem: Problem, report: Callable[[float], None], budget: float | None
 ) -> tuple[Value, dict[str, tuple[float, Value]], list[str], float]:
-    """The mean power, value and elasticity d ln P/d ln key of each key, the keys left out, and the seconds of these.
+    """The mean power, value and sensitivity d ln P/d ln key of each key, the keys left out, and the seconds of these.
 
     The power is in W (nondimensional scene: without unit); keys are left out if the budget ends.
-    An elasticity is the difference of the logarithms of the power at 5 % more and less of the key,
-    over that of the key, which is exact for any power law.  A key that cannot be larger, such as a
-    restitution of 1, is not varied.  All run on the same noise, over the same time and at the same
-    step.
+    A normalised sensitivity is the difference of the logarithms of the power at 5 % more and less
+    of the key, over that of the key, which is exact for any power law.  A key that cannot be
+    larger, such as a restitution of 1, is not varied.  All run on the same noise, over the same
+    time and at the same step.
 
     Raises InputError and SimulationError as engine `compiled`.
     """

@@ -1,4 +1,4 @@
-"""What a terminal shows while an engine compiles and computes: the answer of a formula, where one is honest."""
+"""The text on a terminal while an engine compiles and computes: the answer of a formula, where one is honest."""
 
 import re
 
@@ -36,7 +36,7 @@ def test_no_line_where_no_formula_serves(name):
 @pytest.mark.thorough("test_the_line_is_the_formula_with_its_error")
 @pytest.mark.slow
 def test_on_a_terminal_only(harvester, tmp_path):
-    """With an empty cache, whose kernels take seconds, it is above the answer; in a pipe there is none."""
+    """With an empty cache, whose kernels need seconds, it is above the answer; in a pipe there is none."""
     words = (
         "run",
         EXAMPLES / "plate_with_stop.toml",

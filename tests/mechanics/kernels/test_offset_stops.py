@@ -79,7 +79,7 @@ def test_between_is_impact_after_impact(x, v, t, mu, r, r_high):
 @pytest.mark.parametrize("v", [29.0, -29.0])
 @pytest.mark.parametrize("r", [1.0, 0.99])
 def test_the_voltage_of_many_rounds_is_that_of_each_impact(v, r):
-    """Dozens of impacts, amid which it goes towards the middle of the room, but for (mu T)^2 of a round."""
+    """Dozens of impacts, amid which it moves towards the middle of the room, but for (mu T)^2 of a round."""
     exact, count, _ = one_by_one(0.1, v, 0.3, 1.0, 3.0, 0.3, r, 0.5, r)
     (_, _, V1), (_, _, impacts, _) = between(
         State(0.1, v, 0.3), 1.0, Coefficients(mu=3.0, gap=0.3, r=r, high=0.5, r_high=r)
@@ -112,7 +112,8 @@ def test_a_gap_of_a_nanometre_costs_no_more(r):
     "y, v", [(0.05, -1.0), (-0.03, -0.5), (-0.03, 0.9), (0.0, -1e-9), (0.4, 1.0), (0.05, -0.3)]
 )
 def test_contact_is_the_equation(mu, k, c, y, v):
-    """y, y', V against an ODE solver through a whole drift; the energy that the damping took closes the balance."""
+    """y, y', V against an ODE solver through a whole drift; the energy that the damping dissipated
+    closes the balance."""
     t = 0.3
     gap = 0.7
     V = 0.4
