@@ -281,7 +281,7 @@ def test_command(harvester, tmp_path):
                 "--objective",
                 "70%",
             ],
-            "--objective must be a share",
+            "--objective must be a fraction",
         ),
         (
             [
