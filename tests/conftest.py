@@ -1,4 +1,4 @@
-"""What all tests share: the command line as a fixture, and a guard that keeps the marker `ngspice` true."""
+"""The shared parts of all tests: the command line as a fixture, and a guard that keeps the marker `ngspice` true."""
 
 import contextlib
 import gc
@@ -84,7 +84,7 @@ def pytest_runtest_protocol(item):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item):
-    """A test that takes the missing ngspice for an answer fails as well."""
+    """A test that mistakes the missing ngspice for an answer fails as well."""
     done = yield
     if item.stash[ATTEMPTS]:
         pytest.fail("this test looks for ngspice, so it must have the marker `ngspice`")

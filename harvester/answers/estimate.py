@@ -1,7 +1,7 @@
 """An engine's answer: values with their errors, its cost, and warnings.
 
 Some answers hold more: the value of each probe of the circuit, and the responses that one steady
-drive may have, if the mass is not linear.
+excitation may have, if the mass is not linear.
 """
 
 from dataclasses import field, replace
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 
 class SteadyResponse(Result):
-    """A response to a steady drive: its mean power in the answer's unit, and the share of starts that come to it.
+    """A response to a steady excitation: its mean power in the answer's unit, and the fraction of starts that reach it.
 
-    It comes back after so many ``periods`` of the drive, or after none (None): then it is
+    It comes back after so many ``periods`` of the excitation, or after none (None): then it is
     ``chaotic``, or quasi-periodic.  The mean is that of ``engine``; ``note`` states the result of
     another engine there.
     """
@@ -60,7 +60,7 @@ class ProbeMeans(Result):
 # degrees.
 DISPLACEMENT = "displacement_rms"
 PHASES = ("displacement_phase", "voltage_phase")
-PEAKS = "displacement_amplitude", "voltage_amplitude"  # of the response to a harmonic drive
+PEAKS = "displacement_amplitude", "voltage_amplitude"  # of the response to a harmonic excitation
 # Of an answer that is none for the scene yet: it had not settled, or its runs were cut off.
 UNSETTLED = ("burn_in_stopped", "mean_while_settling", "ngspice_left_out")
 
@@ -135,7 +135,7 @@ class Estimate(Result):
     # Of the mean power, one a trajectory; None if it is not a plain mean of them.  No part of what
     # the answer says.
     power_samples: Floats | None = field(default=None, compare=False)
-    # to the same steady drive, from other starts: what a search found
+    # to the same steady excitation, from other starts: what a search found
     responses: tuple[SteadyResponse, ...] = ()
     events: Events | None = None  # the shocks or steps, where the excitation is made of such
     # the most that any device of this mass could take of the excitation
@@ -145,8 +145,8 @@ class Estimate(Result):
     def is_sound(self) -> bool:
         """True if the estimate can be compared with others.
 
-        It must have settled, must not have been cut off by the budget, and at least one error part must be
-        known.
+        It must have settled, must not have been cut off by the budget, and at least one error part
+        must be known.
         """
         power = self.mean_power
         return self.has_settled and (power.error95 is not None or power.known_error95 > 0.0)

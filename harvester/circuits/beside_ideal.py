@@ -10,7 +10,7 @@ from harvester.mechanics.ensemble.richardson import compile_pair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.compiled import compilation
 
-RAMP = 16  # parts in which a store is charged
+RAMP = 16  # parts in which a storage capacitor is charged
 # time constants, in which a compiled circuit settles from the states of ideal elements
 SETTLING = 4.0
 PARTS = 8  # of settling; before each, what is left of it must fit into the budget
@@ -19,7 +19,7 @@ PARTS = 8  # of settling; before each, what is left of it must fit into the budg
 def compiled_beside(
     settled: Trajectories, circuit: CompiledCircuit, count: int, seed: np.random.SeedSequence
 ) -> tuple[Trajectories, float]:
-    """Trajectories of the compiled circuit in states of an ideal one's, ``settled``, with the store's voltage.
+    """Trajectories of the compiled circuit in states of an ideal one's, ``settled``, with the storage voltage.
 
     Also the seconds of compiling.
     """
@@ -31,7 +31,7 @@ def compiled_beside(
 
 
 def take_states(compiled: Trajectories, settled: Trajectories) -> None:
-    """Put trajectories of a compiled circuit into states of an ideal one's, ``settled``, with the store's voltage."""
+    """Put trajectories of a compiled circuit into states of an ideal one's, ``settled``, with the storage voltage."""
     circuit = compiled.circuit
     states = settled.state[: compiled.blocks]
     assert isinstance(circuit, CompiledCircuit), "the caller checks this"
@@ -39,7 +39,7 @@ def take_states(compiled: Trajectories, settled: Trajectories) -> None:
     compiled.state[:, circuit.rows :] = states[:, 5:]  # of several modes
     for k in range(
         RAMP
-    ):  # Newton's method goes with a store that is charged little by little, but not with a jump
+    ):  # Newton's method follows a slowly charged storage capacitor, but not a jump
         circuit.charge_store(compiled.state, (k + 1) / RAMP * states[:, 3])
         compiled.run(compiled.stride * compiled.h)
 
@@ -50,7 +50,7 @@ def settle_from(
     """Burn in trajectories of a compiled circuit from those of its ``ideal`` elements, which have burnt in.
 
     The difference of the two circuits is forgotten in `SETTLING` time constants of the response or
-    of the store.
+    of the storage capacitor.
 
     Raises SimulationError if that would not end within ``budget`` seconds of ``begin``
     (`time.perf_counter`).

@@ -62,8 +62,8 @@ class CircuitTables:
 
     ``record`` and ``arrays`` are the numbers of `CIRCUIT` without addresses, and the arrays that
     these point to, by name; ``rest`` is the first state. ``volts`` are the volts of 1 of the
-    charges of piezo and store, by their places; ``load`` is 1 or -1 for that of them across which
-    Rload lies, else 0; ``elements`` name the functions.
+    charges of piezo and storage capacitor, by their places; ``load`` is 1 or -1 for that of them
+    across which Rload lies, else 0; ``elements`` name the functions.
     """
 
     numbers: NetlistNumbers

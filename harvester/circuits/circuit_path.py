@@ -25,11 +25,11 @@ from harvester.mechanics.trace import follow
 class CircuitPath(Path):
     """A `Path` with a compiled circuit.
 
-    ``voltages`` has those (V) of the piezo, the store and the load at its samples, shape (n, 3);
-    ``square`` the integral of the load's squared voltage (V^2 s) up to each; ``steps`` how many the
-    circuit made, and ``failed`` how many of them did not converge; ``state`` its last state;
-    ``states`` those of the circuit at the samples, shape (n, length of a state), and ``own_steps``
-    the rows of `harvester.circuits.substeps.logged`, where they are asked for.
+    ``voltages`` has those (V) of the piezo, the storage capacitor and the load at its samples,
+    shape (n, 3); ``square`` the integral of the load's squared voltage (V^2 s) up to each;
+    ``steps`` how many the circuit made, and ``failed`` how many of them did not converge; ``state``
+    its last state; ``states`` those of the circuit at the samples, shape (n, length of a state),
+    and ``own_steps`` the rows of `harvester.circuits.substeps.logged`, where they are asked for.
     """
 
     voltages: Floats = field(default_factory=lambda: np.empty((0, N_VOLTAGES)))
@@ -42,7 +42,7 @@ class CircuitPath(Path):
 
 
 class NetlistLoad(NamedTuple):
-    """A compiled ``circuit`` on a path, at its ``state``; ``other`` is that of a drift aside.
+    """A compiled ``circuit`` on a trajectory, at its ``state``; ``other`` is that of a drift aside.
 
     ``room`` is its workspace. ``counts`` are the integral of the load's squared voltage (V^2 s) so
     far, the circuit's steps, and those that did not converge. At the samples ``voltages``, shape
@@ -187,10 +187,10 @@ def trace_circuit(
 
     ``start`` has x and x', of several modes y and y' of all, shape (2 n,). ``circuit`` is that at
     steps of h; ``noise``, ``h``, ``stride`` and ``shaking`` as of
-    `harvester.mechanics.trace.trace`. ``kicked`` states that the start is the end of another path,
-    after a kick; ``keep`` asks for the circuit's states.
+    `harvester.mechanics.trace.trace`. ``kicked`` states that the start is the end of another
+    trajectory, after a kick; ``keep`` asks for the circuit's states.
 
-    Raises InputError for a start behind a stop, and random shaking without ``shaking``.
+    Raises InputError for a start behind a stop, and random excitation without ``shaking``.
     """
     load = load_of(circuit, state.copy(), len(noise) // stride, keep)
     begin = np.array([*start, state[circuit.voltages_at] / circuit.volts])

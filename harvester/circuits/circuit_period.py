@@ -1,4 +1,4 @@
-"""The periodic response of modes and a compiled circuit to a steady drive: from period to period.
+"""The periodic response of modes and a compiled circuit to a steady excitation: from period to period.
 
 The map of a period maps y, y', the charges and the voltages that functions read just after a kick
 to those a period later; `harvester.mechanics.periodic` finds its fixed point.
@@ -37,7 +37,7 @@ MEASURED = 4  # times that the response is gone through: switches may act a litt
 
 @dataclass(frozen=True)
 class CircuitStart:
-    """The start of a response that repeats after ``turns`` periods of the drive, or the way to a neighbour.
+    """The start of a response that repeats after ``turns`` periods of the excitation, or the way to a neighbour.
 
     ``coordinates``, y and y' of all modes, and the circuit's ``state`` are those just after the
     kick at which the drive begins.
@@ -70,14 +70,14 @@ class CircuitPeriod(CircuitStart, Swing):
 
     @property
     def harmonics(self) -> tuple[complex, complex]:
-        """The complex amplitudes of x and V at the drive's frequency (`harvester.linear.transfer`)."""
+        """The complex amplitudes of x and V at the excitation's frequency (`harvester.linear.transfer`)."""
         samples = self.path.samples
         angles = 2.0 * math.pi * self.turns * np.arange(1, len(samples) + 1) / len(samples)
         return first_harmonic(samples[:, 0], angles), first_harmonic(samples[:, 1], angles)
 
 
 class _Way:
-    """Paths of one circuit through periods of the drive, each on from where the last one ended."""
+    """Trajectories of one circuit through periods of the excitation, each on from where the last one ended."""
 
     def __init__(
         self, circuit: CompiledCircuit, eqs: Equations, h: float, near: CircuitStart | None
@@ -141,7 +141,7 @@ class _Way:
         return self.y, self.means(path)
 
     def means(self, path: CircuitPath) -> Floats:
-        """Power (W), mean square voltage (V^2), and the mean of x^2 + x'^2 of a path."""
+        """Power (W), mean square voltage (V^2), and the mean of x^2 + x'^2 of a trajectory."""
         s = self.circuit.scales
         seconds = len(path.samples) * path.stride * path.h / self.circuit.scales.frequency
         square = float((path.samples[:, 1] ** 2).mean()) * s.volts**2
@@ -149,7 +149,10 @@ class _Way:
         return np.array([path.square[-1] / self.circuit.resistance / seconds, square, moved])
 
     def settling(self, turns: int) -> Settling:
-        """The way to the fixed point of the map of so many periods; every capacitor and coil counts, Csmooth last."""
+        """The way to the fixed point of the map of so many periods.
+
+        Every capacitor and inductor counts, Csmooth last.
+        """
         s = self.circuit.scales
         order = list(range(self.charges))
         farads = self.circuit.load.smoothing or 0.0

@@ -44,7 +44,7 @@ from harvester.netlists.part import CircuitPart, UnservedError, by_name
 from harvester.presentation.diagnostic import refusal
 
 TYPICAL = 0.1  # nondimensional step: which pivots a reduction takes is decided there
-# of a charge's size: what the two orders of a step may differ by; with coils
+# of a charge's size: what the two orders of a step may differ by; with inductors
 TOLERANCE, RINGING = 0.03, 0.002
 LEAST = 1e-2  # of theta l/Cp: the least size of a charge
 
@@ -119,7 +119,7 @@ class CompiledCircuit:
 
     @property
     def has_coils(self) -> bool:
-        """Whether charges are fluxes of coils, which ring."""
+        """Whether charges are fluxes of inductors, which ring."""
         return any(
             k in self.system.owners for _, column, _, _ in self.system.charges for k in column
         )
@@ -251,7 +251,7 @@ class CompiledCircuit:
         self.check(sums[-2], sums[-1], np.moveaxis(state[:, MASS_ROWS : self.rows], 1, -1))
 
     def with_own_steps(self, path: CircuitPath, given: TraceArguments) -> CircuitPath:
-        """The path that `trace` made of the arguments ``given``, with the log of the circuit's own steps."""
+        """The trajectory that `trace` made of the arguments ``given``, with the log of the circuit's own steps."""
         circuit = self.for_kernels(given["h"])
         rows = path.steps + 1
         width = 1 + sum(self.sizes[:3])
@@ -317,7 +317,7 @@ class CompiledCircuit:
         state[:, MASS_ROWS : self.rows] = self.rest[:, None]
 
     def charge_store(self, state: Floats, voltage: Floats) -> None:
-        """Give the store in states, shape (blocks, rows, BATCH), a nondimensional voltage, shape (blocks, BATCH)."""
+        """Give the storage in states, shape (blocks, rows, BATCH), a nondimensional voltage, shape (blocks, BATCH)."""
         k = self.charge_at("csmooth")
         state[:, MASS_ROWS + k] = voltage * self.scales.volts / self.system.charges[k][3]
 

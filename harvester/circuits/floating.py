@@ -1,10 +1,10 @@
 """Groups of nodes that float: their total current is the sum of their equations, computed before numbers are rounded.
 
-The rails of a bridge are such a group.  The equations of its nodes have a store's C/tau, which is
-up to 1e16 times the leakage of blocked diodes, so that rounding hides the rails' voltages.  In
-the sum all that connects nodes of the group cancels; it replaces one of their equations.
-Groups are nested: those that the store connects, those of series resistances of devices as well, of
-all capacitors, and of all linear elements.
+The rails of a bridge are such a group.  The equations of its nodes have a storage capacitor's
+C/tau, which is up to 1e16 times the leakage of blocked diodes, so that rounding hides the rails'
+voltages.  In the sum all that connects nodes of the group cancels; it replaces one of their
+equations. Groups are nested: those that the storage capacitor connects, those of series resistances
+of devices as well, of all capacitors, and of all linear elements.
 """
 
 import itertools

@@ -22,7 +22,7 @@ TOPOLOGIES = ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece")
 def ideal_circuit(circuit: LoadCircuit, scales: Scales) -> IdealCircuit | None:
     """The ideal circuit of a load that is one of this package's netlists.
 
-    None for a resistance, for a user's own netlist, and for element values that are not above zero.
+    None for a resistance, for a custom netlist, and for element values that are not above zero.
     """
     name, p = circuit.topology, circuit.values
     if name not in TOPOLOGIES:
@@ -55,7 +55,7 @@ def ideal_circuit(circuit: LoadCircuit, scales: Scales) -> IdealCircuit | None:
             bridge=True, hysteresis=hysteresis, parallel=_coil(p, capacitance, capacitance, w0)
         )
     if name == "series_sshi":
-        # in series: what the coil oscillates with
+        # in series: what the inductor oscillates with
         both = capacitance * p["C"] / (capacitance + p["C"])
         return circuit_of(hysteresis=hysteresis, series=_coil(p, both, capacitance, w0))
     sece = Flyback(
@@ -69,13 +69,16 @@ def ideal_circuit(circuit: LoadCircuit, scales: Scales) -> IdealCircuit | None:
 
 
 def ideal_bridge(saturation: float, emission: float, scales: Scales) -> IdealCircuit:
-    """A bridge of diodes of a saturation current (A) and an emission coefficient, with a store of Cp and no load."""
+    """A bridge of diodes of a saturation current (A) and an emission coefficient, with storage of Cp and no load."""
     leak = saturation / (scales.capacitance * scales.volts * scales.frequency)
     return IdealCircuit(0.0, 1.0, emission * THERMAL / scales.volts, leak, 2.0 * leak, bridge=True)
 
 
 def switching_time(circuit: LoadCircuit, scales: Scales) -> float:
-    """Seconds of a switching, which ideal elements do at once: pi sqrt(L Cp), of SECE half of it; 0 without a coil."""
+    """Duration (s) of an inversion, pi sqrt(L Cp), and of SECE's half of it; 0 without an inductor.
+
+    Ideal elements switch instantaneously.
+    """
     inductance = circuit.values.get("L", 0.0) if circuit.topology in TOPOLOGIES else 0.0
     return (
         math.pi
@@ -85,7 +88,7 @@ def switching_time(circuit: LoadCircuit, scales: Scales) -> float:
 
 
 def _damping_ratio(p: dict[str, float], capacitance: float) -> float:
-    """Damping ratio 1/(2 Q) of the coil with a capacitance, the closed switch in series and the core in parallel."""
+    """Damping ratio 1/(2 Q) of the inductor with a capacitance, the switch in series and the core in parallel."""
     impedance = math.sqrt(p["L"] / capacitance)
     return 0.5 * ((p["Rcoil"] + CLOSED) / impedance + impedance / p["Rcore"])
 
@@ -96,9 +99,9 @@ def _peak_current(p: dict[str, float], capacitance: float, piezo: float, w0: flo
 
 
 def _coil(p: dict[str, float], capacitance: float, piezo: float, w0: float) -> SwitchedCoil:
-    """The coil of an inversion, which leaves the share q = exp(-pi zeta/sqrt(1 - zeta^2)) of the voltage.
+    """The inductor of an inversion, which leaves the fraction q = exp(-pi zeta/sqrt(1 - zeta^2)) of the voltage.
 
-    An overdamped coil leaves nothing.
+    An overdamped inductor leaves nothing.
     """
     zeta = _damping_ratio(p, capacitance)
     kept = math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta)) if zeta < 1.0 else 0.0

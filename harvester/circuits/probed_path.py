@@ -1,7 +1,7 @@
-"""Quantities of a compiled circuit that a user names, along a path, and the powers that its elements dissipate.
+"""Quantities of a compiled circuit that a user names, along a trajectory, and the powers that its elements dissipate.
 
 For the equations P z' + G y + A (i(w) + q(w)') = s + b u an element k has its own part, and it
-takes
+dissipates
 
     sum over the nodes of y (G_k y + A_k i_k(w) - s_k)
 
@@ -27,9 +27,9 @@ from harvester.netlists.probes import Probe
 
 
 def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...]) -> Floats:
-    """The values of probes at the samples of a path that kept its states, shape (probes, n), in mid-drift.
+    """The values of probes at the samples of a trajectory that kept its states, shape (probes, n), in mid-drift.
 
-    A current is that of a resistor, or of an element whose current is an unknown: a coil or a
+    A current is that of a resistor, or of an element whose current is an unknown: an inductor or a
     voltage source.
 
     Raises InputError for the current or the power of another element.
@@ -66,7 +66,7 @@ def probed(circuit: CompiledCircuit, path: CircuitPath, probes: tuple[Probe, ...
 
 
 def mean_powers(circuit: CompiledCircuit, path: CircuitPath) -> dict[str, float]:
-    """The mean powers (W) of elements along a path that kept the circuit's own steps, as of `powers_of_elements`.
+    """The mean powers (W) of elements along a trajectory that kept the circuit's own steps, as of `powers_of_elements`.
 
     By the trapezoidal rule; in the first step after a switch acted, whose power jumps, by the power
     at its end.

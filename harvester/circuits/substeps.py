@@ -29,7 +29,8 @@ FINEST = 1 << (LEVELS - 1)  # shortest steps in one of length h
 IMPACT = 6
 GIVEN_UP = 1 << (LEVELS - 5)  # shortest steps that are left out if one does not converge
 FADING = 2e-4  # of a charge's size, a step
-# quantities that are told beside the charges: voltages of the piezo, the store and the load
+# quantities that are told beside the charges: voltages of the piezo, the storage capacitor and the
+# load
 N_VOLTAGES = 3
 DID = 4  # numbers of what a drift did, and of what did not converge last
 ROOMS = 7  # rows of the workspace

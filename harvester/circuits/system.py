@@ -3,10 +3,10 @@
     P z' + G y + A i(w) + A q(w)' = s + b u        z = Z y,  w = W y
 
 y are the voltages of the nodes, and the currents of the elements that need one (voltage sources,
-coils); z the charges of capacitors and the fluxes of coils; i the currents of diodes, switches and
-B sources and q the charges of junctions, which depend on the voltages and currents w; s the values that
-sources of constant value give.  u = theta x' is the current of the piezo, which is next to its
-capacitance Cp between the node ``p`` and ground.
+inductors); z the charges of capacitors and the fluxes of inductors; i the currents of diodes,
+switches and B sources and q the charges of junctions, which depend on the voltages and currents w;
+s the values that sources of constant value give.  u = theta x' is the current of the piezo, which
+is next to its capacitance Cp between the node ``p`` and ground.
 
 Source: Ho, Ruehli, Brennan, IEEE Trans. Circuits Syst. 22, 504, 1975.
 """

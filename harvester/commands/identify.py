@@ -58,7 +58,7 @@ SHEET = [
         help="A known key, such as mass='12 g'; repeatable.",
     ),
 )
-@cloup.option_group("Numbers of a data sheet (next to files, or alone)", *SHEET)
+@cloup.option_group("Numbers of a datasheet (next to files, or alone)", *SHEET)
 @cloup.option_group(
     "Output",
     cloup.option(
@@ -78,10 +78,11 @@ def identify(
     prior: str | None,
     **stated: str | None,
 ) -> None:
-    """Identify a device's parameters from measurements in FILEs or a data sheet's numbers, with intervals.
+    """Identify a device's parameters from measurements in FILEs or a datasheet's numbers, with intervals.
 
-    A file holds frequency with |Z| and phase, R and X, or G and B; frequency with a voltage or displacement per g; or
-    time with a voltage or displacement.  Files are fitted jointly; a ring-down that bounces gives the stop.
+    A file holds frequency with |Z| and phase, R and X, or G and B; frequency with a voltage or
+    displacement per g; or time with a voltage or displacement.  Files are fitted jointly; a
+    ring-down that bounces gives the stop.
     """
     from harvester.devices.scene_file import check
     from harvester.identification import identified_scene as scene_file
@@ -105,7 +106,7 @@ def identify(
     points = _points(stated, prior)
     fixed = pairs_of("--known", known, "be KEY=VALUE, such as mass='12 g'")
     result = study(names, fixed, points, DEFAULT_CLASS if prior is None else prior)
-    origins = [*(Path(name).name for name in names), *["a data sheet"][: len(points)]]
+    origins = [*(Path(name).name for name in names), *["a datasheet"][: len(points)]]
     title = "Identified from " + ", ".join(origins)
     echo_answer(result, as_json)
     if path is not None:
@@ -132,13 +133,13 @@ def typed(
 
 
 def _points(stated: dict[str, str | None], prior: str | None) -> dict[str, str]:
-    """The numbers of a data sheet that are given; InputError for a prior without any."""
+    """The numbers of a datasheet that are given; InputError for a prior without any."""
     from harvester.identification.data_sheet import NAMES
 
     points = {name: text for name in NAMES if (text := stated[name]) is not None}
     if prior is not None and not points:
         raise InputError(
-            "--prior must be given with a number of a data sheet, such as --open-circuit-voltage, "
+            "--prior must be given with a number of a datasheet, such as --open-circuit-voltage, "
             "but there is none"
         )
     return points

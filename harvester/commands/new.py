@@ -75,7 +75,7 @@ def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @cloup.argument("file", help="The scene file to write, such as mine.toml.")
 @_datasheet_options
 @cloup.option_group(
-    "Single points of a data sheet (each instead of a coupling, a damping or a mass)",
+    "Single points of a datasheet (each instead of a coupling, a damping or a mass)",
     *single_points(),
 )
 @geometry_options

@@ -185,7 +185,7 @@ def sampling(
 
 
 def single_points() -> list[Callable[..., Any]]:
-    """The options of a voltage without load and of a power at a load, as data sheets have them."""
+    """The options of a voltage without load and of a power at a load, as datasheets have them."""
     return [
         cloup.option(
             "--open-circuit-voltage",

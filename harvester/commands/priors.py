@@ -41,7 +41,7 @@ def point_options(command: Callable[..., Any]) -> Callable[..., Any]:
         "points",
         multiple=True,
         metavar="NAME=POINT",
-        help="With --predict, a single point of the device's data sheet: open_circuit_voltage='21 V at 0.25 g', "
+        help="With --predict, a single point of the device's datasheet: open_circuit_voltage='21 V at 0.25 g', "
         "power_at_load='1.2 mW at 15 kohm and 0.25 g' or open_circuit_frequency='62 Hz'; repeatable.",
     )(command)
 

@@ -35,9 +35,9 @@ class ChargeRun:
 
 
 def first_passages(t: Floats, u: Floats, levels: Floats) -> Floats:
-    """When a path u(t), shape (n,), first reaches each of ``levels`` from below; infinite if it never does.
+    """When a trajectory u(t), shape (n,), first reaches each of ``levels`` from below; infinite if it never does.
 
-    Between its points the path is a straight line.
+    Between its points the trajectory is a straight line.
     """
     above = np.searchsorted(np.maximum.accumulate(u), levels, side="left")
     passages = np.full(len(levels), math.inf)
@@ -60,10 +60,10 @@ def charges_in_workers(
 ) -> Iterator[tuple[ChargeRun, ChargeRun]]:
     """One run from rest for each seed, and the same one at twice the step and ten times ngspice's tolerance.
 
-    Both are on the same noise; runs begin in each of the resting places in turn.  ``n_steps``, an even number, are the
-    steps of a run; ``levels`` and ``times`` as of `ChargeRun`.  The quantity is the device's one probe, or without one
-    the voltage of Csmooth.  A record, or a harmonic drive, begins at its beginning, or with ``anywhere`` at a random
-    place.
+    Both are on the same noise; runs begin in each of the resting places in turn.  ``n_steps``, an
+    even number, are the steps of a run; ``levels`` and ``times`` as of `ChargeRun`.  The quantity
+    is the device's one probe, or without one the voltage of Csmooth.  A record, or a harmonic
+    excitation, begins at its beginning, or with ``anywhere`` at a random place.
 
     Raises as `harvester.cosimulation.runs.measure_in_workers`.
     """
@@ -118,7 +118,7 @@ def _charge(
 def probed_path_in_worker(
     device: CoupledDevice, noise: Floats, shaking: Floats | None
 ) -> tuple[Path, Floats]:
-    """The path of one run from rest, in a worker process, and its probes at the path's times: shape (probes, n)."""
+    """The trajectory of one run from rest, in a worker process, and its probes then: shape (probes, n)."""
     return next(map_in_workers(_probed_path, [(device, noise, shaking)]))
 
 

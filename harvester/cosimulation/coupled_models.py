@@ -42,7 +42,7 @@ COLUMNS = ("time", "voltage", "current", "load_power")  # columns of every answe
 
 
 class Cosimulation(TableResult):
-    """One path of a model of the user's own, and of its circuit: arrays of shape (n,), one entry for each reading.
+    """One trajectory of a user's model, and of its circuit: arrays of shape (n,), one entry for each reading.
 
     Attributes
     ----------
@@ -58,11 +58,12 @@ class Cosimulation(TableResult):
     events : ndarray
         the times of the model's events, shape (m,) (s).
     mean_power : Value
-        of Rload, over the whole path (W); with ``within`` over several paths, with its whole error.
+        of Rload, over the whole trajectory (W); with ``within`` over several trajectories, with its
+        total error.
     ledger : dict
-        mean powers (W) over the whole path: ``ledger_input`` is the work of the model against the
-        port's reaction, ``ledger_load`` flows into Rload, ``ledger_circuit`` is lost in the rest of
-        the circuit, and ``ledger_stored`` is the growth of the energy in Cp and Csmooth.
+        mean powers (W) over the whole trajectory: ``ledger_input`` is the work of the model against
+        the port's reaction, ``ledger_load`` flows into Rload, ``ledger_circuit`` is lost in the
+        rest of the circuit, and ``ledger_stored`` is the growth of the energy in Cp and Csmooth.
     ledger_residual : float
         the part of the largest of them that does not add up: a check, which shrinks as the square
         of the step.
@@ -133,7 +134,7 @@ class Cosimulation(TableResult):
         return len(self.events)
 
     def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
-        """The path as a matplotlib figure."""
+        """The trajectory as a matplotlib figure."""
         return drawing.draw(self, title, ax)
 
     @property
@@ -219,7 +220,7 @@ def cosimulate(
     Other Parameters
     ----------------
     seed : int, default 0
-        of the noise: the same seed, the same path at the same step and ``within``.
+        of the noise: the same seed, the same trajectory at the same step and ``within``.
     probe : list of str, optional
         further quantities of the circuit, such as "store", "v(a,b)" or "p(d1)".
     every : int, default 1
@@ -234,13 +235,13 @@ def cosimulate(
         NamedTuple of numbers.
     within : float or str, optional
         Target relative error (95 %) of the mean power, 0.01 or "1%". ``step`` and ``tolerance`` are
-        made smaller on the same noise, and the mean is over paths with further noise, until its
-        whole error is within it. The arrays are those of one path.
+        made smaller on the same noise, and the mean is over trajectories with further noise, until
+        its total error is within it. The arrays are those of one trajectory.
 
     Returns
     -------
     Cosimulation
-        arrays over time, in SI units, and the energy ledger.
+        arrays over time, in SI units, and the energy balance.
 
     Raises
     ------

@@ -1,12 +1,13 @@
-"""The periodic response of a mass and a load circuit to a steady drive: one path of ngspice, from period to period.
+"""The periodic response of mass and load circuit to a steady excitation: one run of ngspice, period by period.
 
-A period is one short run of ngspice that begins with the node voltages, the coils' currents and the
-motion of a `CoupledState`, the end of the last one; `harvester.mechanics.periodic` finds
+A period is one short run of ngspice that begins with the node voltages, the inductors' currents and
+the motion of a `CoupledState`, the end of the last one; `harvester.mechanics.periodic` finds
 the one that comes back. For a circuit that remembers more the response does not come back in
 the unbroken run that measures it, and is not used.  Initial conditions of its elements are those of
 a run from rest, and no period begins with them.
 
-Long because the state that a period hands to the next one, and its measured means, are of one path.
+Long because the state that a period hands to the next one, and its measured means, are of one
+trajectory.
 """
 
 import dataclasses
@@ -67,7 +68,7 @@ TRIED = 32
 
 
 class _Path:
-    """Runs of one device through periods of its drive, from section to section, at one ``phase``.
+    """Runs of one device through periods of its excitation, from section to section, at one ``phase``.
 
     The remainder of the way to a response must be below ``enough`` of its size.
     """
@@ -173,8 +174,8 @@ class _Path:
     def _slow_parts(self, names: list[str]) -> Floats:
         """The memory of circuit and mass, shape (n, 2 + nodes): x, x', V, and the voltage of Csmooth last.
 
-        For a user's own circuit also the voltages of other capacitors, and the coils' currents over
-        w0 Cp.
+        For a user's own circuit also the voltages of other capacitors, and the inductors' currents
+        over w0 Cp.
         """
         load, s = self.device.load, self.device.scales
         pairs = [load.smoothing_nodes]
@@ -200,7 +201,7 @@ class _Path:
         return np.array(slow)
 
     def periods(self, oscillations: float, least: int = 1) -> int:
-        """Periods of the drive that hold so many oscillations of the mass; a record's may hold many."""
+        """Periods of the excitation that hold so many oscillations of the mass; a record's may hold many."""
         return periods_that_hold(oscillations, self.size * self.device.h, least)
 
     @property
@@ -213,7 +214,7 @@ class _Path:
     ) -> tuple[Floats, CoupledState, Drive]:
         """The slow parts after each of ``times`` turns in one run, shape (times, 4), and its end.
 
-        The means of the drive leave out the first turn.
+        The means of the excitation leave out the first turn.
         """
         size = turns * self.size
         end, drive = self.run(section, times * size, size, size, size)
@@ -288,7 +289,7 @@ def periodic_response(
     enough: float = REACHED,
     near: Neighbour | None = None,
 ) -> PeriodicResponse | None:
-    """The response from ``origin``, or from ``near``, that of a drive a little different.
+    """The response from ``origin``, or from ``near``, that of an excitation a little different.
 
     None if it does not come back, even after some periods.  Raises as `run_in_this_process`.
     """
@@ -321,7 +322,7 @@ def _near_a_response(path: _Path, section: CoupledState) -> CoupledState:
 def _to_a_quiet_phase(
     path: _Path, section: CoupledState, from_rest: bool
 ) -> tuple[CoupledState, bool]:
-    """Go on to a phase of the drive at which the motion is quiet: the section there, and whether it moved."""
+    """Go on to a phase of the excitation at which the motion is quiet: the section there, and whether it moved."""
     section, drive = path.run(
         section, path.periods(FIRST if from_rest else 1) * path.size, stride=1
     )

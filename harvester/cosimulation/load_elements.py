@@ -8,7 +8,7 @@ from harvester.netlists.load_circuit import LoadCircuit, effective_value, with_p
 from harvester.netlists.part import CircuitPart
 
 COIL = re.compile(r"l\..*#branch")  # the vector of an inductor's current
-# of the piezo's capacitance: a capacitor that is a part of a diode rather than a store
+# of the piezo's capacitance: a capacitor that is a part of a diode rather than a storage capacitor
 KEEPS_NOTHING = 1e-2
 NEEDLESS = 1e-7  # of the piezo's reactance: a diode's series resistance that nobody sees in a power
 _PASSIVE = "rcld"

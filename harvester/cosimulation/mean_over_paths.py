@@ -1,9 +1,9 @@
 """A user's model until its mean power has an asked error, which step, tolerance and sampling make.
 
 The step is halved, with a quarter of ngspice's tolerance, on the same noise; the change of
-the mean power is its error, of an order of 1 or more.  Paths with further noise give its sampling
-error.  The step is made smaller if the change is seen despite the sampling; else there are more
-paths.
+the mean power is its error, of an order of 1 or more.  Trajectories with further noise give its
+sampling error.  The step is made smaller if the change is seen despite the sampling; else there are
+more trajectories.
 """
 
 import dataclasses
@@ -25,7 +25,7 @@ QUARTER = 0.25  # of the tolerance with half the step
 
 @dataclass
 class MeanOverPaths:
-    """Paths of a job with further seeds, and with the step of ``halvings`` more."""
+    """Trajectories of a job with further seeds, and with the step of ``halvings`` more."""
 
     job: ModelJob
     halvings: int = 1
@@ -51,7 +51,8 @@ class MeanOverPaths:
             )
             if power.known_error95 <= within * abs(mean):
                 return power, True
-            # Paths of both steps part at impacts: a change that sampling may explain needs paths.
+            # Trajectories of both steps part at impacts: a change that sampling may explain needs
+            # paths.
             if abs(change.value) > max(change.sampling95, power.sampling95) or not has_noise:
                 if self.halvings == MOST_HALVINGS or self._is_longest:
                     return power, False
@@ -63,7 +64,7 @@ class MeanOverPaths:
 
     @property
     def _is_longest(self) -> bool:
-        """Whether a path with half the step would have too many steps for the memory of several workers."""
+        """Whether a trajectory with half the step would have too many steps for the memory of several workers."""
         return self.job.steps << (self.halvings + 1) > MOST_REFINED
 
     def finest(self) -> ModelJob:
@@ -71,7 +72,7 @@ class MeanOverPaths:
         return self._at(0, self.halvings)
 
     def _of(self, count: int, halvings: int) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
-        """The mean powers of so many paths at one step."""
+        """The mean powers of so many trajectories at one step."""
         todo = [k for k in range(count) if (k, halvings) not in self._powers]
         jobs = [(packed(self._at(k, halvings)),) for k in todo]
         for k, run in zip(todo, map_in_workers(run_model, jobs), strict=True):
@@ -81,7 +82,7 @@ class MeanOverPaths:
         return np.array([self._powers[k, halvings] for k in range(count)])
 
     def _at(self, path: int, halvings: int) -> ModelJob:
-        """The job of a path at a step."""
+        """The job of a trajectory at a step."""
         parts = 2**halvings
         tolerance, volts = self.job.tolerances
         return dataclasses.replace(

@@ -63,7 +63,7 @@ class ModelJob:
 
 @dataclass(frozen=True)
 class ModelRun:
-    """Results of a run: readings as of `ModelRecord`, times of events, the probes at the readings, and the ledger."""
+    """Results of a run: readings as of `ModelRecord`, times of events, the probes at the readings, and the balance."""
 
     samples: Floats
     events: Floats
@@ -180,8 +180,8 @@ def noise_of(job: ModelJob) -> Floats:
     """Normal variates of the halves of each step, shape (steps, 2).
 
     A step of the finer job is half a step of the coarser one, and its two halves have that half's
-    variate n as their sum: (n + z)/sqrt 2 and (n - z)/sqrt 2, with z independent of n.  Each path
-    and each of its halvings has a seed of its own.
+    variate n as their sum: (n + z)/sqrt 2 and (n - z)/sqrt 2, with z independent of n.  Each
+    trajectory and each of its halvings has a seed of its own.
     """
     first = np.random.SeedSequence(job.seed, spawn_key=(job.path,) if job.path else ())
     others = [

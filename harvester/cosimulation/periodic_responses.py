@@ -19,12 +19,12 @@ Known = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Neighbour:
-    """All of a periodic response that the way to one of a drive a little different begins with.
+    """All of a periodic response that the way to one of an excitation a little different begins with.
 
-    It comes back after ``turns`` periods of the drive, and is at ``section`` at the part ``phase``
-    of a period; ``secants`` are the differences on the way there, for the ways to neighbouring
-    responses, ``farads`` the load's Csmooth, and ``quiet`` how far the section is from turns of the
-    motion, as a part of a period.
+    It comes back after ``turns`` periods of the excitation, and is at ``section`` at the part
+    ``phase`` of a period; ``secants`` are the differences on the way there, for the ways to
+    neighbouring responses, ``farads`` the load's Csmooth, and ``quiet`` how far the section is from
+    turns of the motion, as a part of a period.
     """
 
     section: CoupledState
@@ -62,7 +62,7 @@ class PeriodicResponse(Neighbour, Swing):
 
     @property
     def harmonics(self) -> tuple[complex, complex]:
-        """The complex amplitudes of x and V at the drive's frequency (`harvester.linear.transfer`)."""
+        """The complex amplitudes of x and V at the excitation's frequency (`harvester.linear.transfer`)."""
         turn = len(self.wave) // self.turns  # kicks in a period; the first is one after the section
         angles = 2.0 * math.pi * (self.phase + np.arange(1, len(self.wave) + 1) / turn)
         return first_harmonic(self.wave[:, 0], angles), first_harmonic(self.wave[:, 1], angles)

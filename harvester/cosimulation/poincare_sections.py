@@ -13,7 +13,7 @@ from harvester.mechanics.kernels.equation_of_motion import kick
 
 @dataclass(frozen=True)
 class CoupledState:
-    """Where mass and circuit are in the middle of a kick: x, x', node voltages (V) and coils' currents (A) by name.
+    """Where mass and circuit are in the middle of a kick: x, x', node voltages (V) and inductors' currents (A) by name.
 
     If these are not known, there are none, and ``across`` has the voltages of the terminals and
     of Csmooth (V).

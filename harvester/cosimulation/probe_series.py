@@ -34,7 +34,7 @@ def values_of(probe: Probe, drive: Drive | ModelDrive) -> Floats:
 def means_of_probes(probes: Sequence[Probe], drive: Drive) -> Floats:
     """Mean, mean square, least and largest of each probe after the burn-in: shape (probes, 4).
 
-    Integrals over ngspice's accepted points by trapezoids, as those of the energy ledger: between
+    Integrals over ngspice's accepted points by trapezoids, as those of the energy balance: between
     the same two points. Not a number if the run ended before.
     """
     s = drive.state[0]

@@ -93,9 +93,10 @@ class CoupledDevice:
 class TrajectoryMeans:
     """Time averages of one trajectory after the burn-in, over each of its blocks.
 
-    ``load_power`` (W), shape (blocks,), is that of Rload; ``steps`` counts those of ngspice; ``control`` is the control
-    variate: the same moments without ngspice, on the same noise.  ``probed``, shape (probes, 4), has the mean, the mean
-    square, the least and the largest of each of the device's probes, in units of V, A or W.
+    ``load_power`` (W), shape (blocks,), is that of Rload; ``steps`` counts those of ngspice;
+    ``control`` is the control variate: the same moments without ngspice, on the same noise.
+    ``probed``, shape (probes, 4), has the mean, the mean square, the least and the largest of each
+    of the device's probes, in units of V, A or W.
     """
 
     moments: Moments
@@ -109,7 +110,7 @@ class TrajectoryMeans:
 def path_in_this_process(
     device: CoupledDevice, noise: Floats, shaking: Floats | None = None
 ) -> Path:
-    """The path of one run on a noise grid, computed in this process; see `run_in_this_process`."""
+    """The trajectory of one run on a noise grid, computed in this process; see `run_in_this_process`."""
     return run_in_this_process(device, new_drive(device, noise, shaking=shaking)).path()
 
 
@@ -122,7 +123,7 @@ def new_drive(
 ) -> "Drive":
     """The mass of one run on a noise grid, from ``start``; None: at rest in the scene's first resting place.
 
-    The energy ledger begins at the nondimensional time ``burn_in``; ``shaking`` as of `Drive`.
+    The energy balance begins at the nondimensional time ``burn_in``; ``shaking`` as of `Drive`.
     """
     return Drive(
         device.eqs,
@@ -146,8 +147,8 @@ def run_in_this_process(
 ) -> "Drive":
     """Run ngspice with the mass in lock-step, in this process; returns the finished drive.
 
-    ``nodes`` are voltages (V) and coils' currents (A) at the beginning by name; with them, or with
-    none of them, the drive keeps the last ones.
+    ``nodes`` are voltages (V) and inductors' currents (A) at the beginning by name; with them, or
+    with none of them, the drive keeps the last ones.
 
     Raises CircuitError when ngspice refuses the circuit, does not converge or comes no further;
     OutOfTimeError if it has not ended at the ``deadline`` of `time.monotonic`;
@@ -227,7 +228,7 @@ def _noise(device: CoupledDevice, seed: np.random.SeedSequence, n_steps: int) ->
 
 
 def _shaking(device: CoupledDevice, seed: np.random.SeedSequence, n_steps: int) -> Floats | None:
-    """The accelerations of shaking other than white noise."""
+    """The accelerations of excitation other than white noise."""
     made = coarse_forcing if device.coarse else forcing
     return made(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
 
@@ -349,7 +350,7 @@ def _compile_follow() -> None:
 
 
 def path_in_worker(device: CoupledDevice, noise: Floats, shaking: Floats | None = None) -> Path:
-    """The path of one run on a noise grid, computed in a worker process."""
+    """The trajectory of one run on a noise grid, computed in a worker process."""
     find_library()
     return next(map_in_workers(path_in_this_process, [(device, noise, shaking)]))
 

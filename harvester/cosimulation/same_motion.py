@@ -37,10 +37,10 @@ def tolerance_in_workers(
     With them are those of the device's probes (`means_of_probes`), relative to the RMS or its
     square.
 
-    A run is repeated with a tenth of the tolerance on the very same motion (`Drive.kicked`), so that the two differ in
-    nothing else and stay together after impacts; the difference is 1 - 10^-`ORDER` of the error.  A ``shunt``
-    is doubled meanwhile, which changes the answer by as much as it has done itself.  Arguments and errors
-    as of `measure_in_workers`.
+    A run is repeated with a tenth of the tolerance on the very same motion (`Drive.kicked`), so
+    that the two differ in nothing else and stay together after impacts; the difference is 1 -
+    10^-`ORDER` of the error.  A ``shunt`` is doubled meanwhile, which changes the answer by as much
+    as it has done itself.  Arguments and errors as of `measure_in_workers`.
     """
     jobs = [
         (device, seed, n_steps, burn_in, deadline, start)
@@ -90,8 +90,9 @@ def same_motion_means(
 ) -> dict[str, tuple[float, float]]:
     """E[V^2] ("V2") and the load's energy in J ("load") of ngspice and of the device's compiled circuit.
 
-    The force on ngspice's mass is that of the compiled circuit's voltages, so that both move alike and stay together
-    after impacts.  Arguments as of `harvester.cosimulation.runs.measure_in_workers`; raises as
+    The force on ngspice's mass is that of the compiled circuit's voltages, so that both move alike
+    and stay together after impacts.  Arguments as of
+    `harvester.cosimulation.runs.measure_in_workers`; raises as
     `harvester.cosimulation.runs.run_in_this_process`.
     """
     circuit = device.compiled

@@ -1,11 +1,11 @@
-"""How the density comes to rest: the slowest decay, hops between wells, first passages, and spectra.
+"""How the density comes to rest: the slowest decay, inter-well transitions, first passages, and spectra.
 
 A density that is not stationary changes by M dp/dt = A p, with the form A and the mass matrix M of
 `weak_form`.
 
-Hops: the density p = p_s + c exp(-lambda t) p_1 of two wells has one decay that is far slower than
-all others.  With the shares P of the time in them the mass leaves them at the rates k_1 = lambda
-P_2 and k_2 = lambda P_1.
+Inter-well transitions: the density p = p_s + c exp(-lambda t) p_1 of two wells has one decay that
+is far slower than all others.  With the shares P of the time in them the mass leaves them at the
+rates k_1 = lambda P_2 and k_2 = lambda P_1.
 
 First passage: if the outflow at a level is lost, the mass decays as exp(-lambda t), and 1/lambda
 is the mean time of the first passage, but for the time in which the motion forgets its beginning.

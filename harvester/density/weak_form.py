@@ -17,8 +17,7 @@ In y the density is a sum of modes, with z = (y - a x - m)/s of the frame,
 
     p(x, v, y) = sum_k p_k(x, v) He_k(z)/sqrt(k!) exp(-z^2/2)/sqrt(2 pi),   tested by He_j(z)/sqrt(j!)
 
-of which z' = -mu z + b, b = (mu (1 - a) x - mu m - a v)/s, makes, for the test function f(x, v) of
-mode j,
+With z' = -mu z + b, b = (mu (1 - a) x - mu m - a v)/s, the test function f(x, v) of mode j gives
 
     A_j p_j + sqrt(j) int b p_{j-1} f - mu sqrt(j (j - 1)) int p_{j-2} f
         + beta s int [sqrt(j) p_{j-1} + sqrt(j + 1) p_{j+1}] f_v = 0
@@ -55,9 +54,9 @@ from harvester.equations.coefficients import Equations
 def impact_flux(breaks: Floats, degree: int, restitution: float, way: float) -> Floats:
     """The matrix of int_{w > 0} w p(way w) f(-way r w) dw, with a row for each f and a column for each p.
 
-    ``way`` is the sign of the velocity with which the mass meets the stop.  Both p and f are polynomials between the
-    breaks of either, so that Gauss points between all of them integrate the flux exactly; nothing
-    is assumed to be smooth across a break.
+    ``way`` is the sign of the velocity with which the mass meets the stop.  Both p and f are
+    polynomials between the breaks of either, so that Gauss points between all of them integrate the
+    flux exactly; nothing is assumed to be smooth across a break.
     """
     before = way * breaks[way * breaks >= 0.0]
     after = -way * breaks[-way * breaks >= 0.0]

@@ -19,11 +19,12 @@ A_LINE = 4  # points
 
 
 def base_source(problem: Problem, name: str, duration: float, seed: int) -> Iterator[str]:
-    """The lines of the subcircuit ``name``_base, a source of the scene's shaking; none if nothing shakes the base.
+    """The lines of the subcircuit ``name``_base, a source of the scene's excitation; none if nothing shakes the base.
 
-    A harmonic drive is SIN, a record PWL (once, from its beginning), white noise TRNOISE, which ngspice and KiCad know:
-    a new value every T/`POINTS` of root mean square sqrt(G/(2 dt)), so that the one-sided density at low frequencies is
-    G.  Other noise is one draw of ``duration`` (s), point by point, from the ``seed``.
+    A harmonic excitation is SIN, a record PWL (once, from its beginning), white noise TRNOISE,
+    which ngspice and KiCad know: a new value every T/`POINTS` of root mean square sqrt(G/(2 dt)),
+    so that the one-sided density at low frequencies is G.  Other noise is one draw of ``duration``
+    (s), point by point, from the ``seed``.
     """
     sources = [*_periodic_and_white(problem), *_from_points(problem, duration, seed)]
     count = sum("{}" in line for line in sources)
@@ -49,7 +50,7 @@ def spacing(problem: Problem) -> float:
 
 
 def _periodic_and_white(problem: Problem) -> Iterator[str]:
-    """The sources that a simulator draws itself: a harmonic drive, and white noise."""
+    """The sources that a simulator draws itself: a harmonic excitation, and white noise."""
     excitation = problem.scene.excitation or Excitation()
     step = spacing(problem)
     if excitation.acceleration_amplitude and excitation.frequency and excitation.profile is None:

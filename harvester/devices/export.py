@@ -52,8 +52,9 @@ def export(
 ) -> str:
     """Write a scene's device as a subcircuit for ngspice, LTspice and KiCad to the file ``out``; returns its name.
 
-    ``name`` is that of the subcircuit; None: that of the file.  ``duration`` (s) and ``seed`` are those of noise that
-    is written point by point (coloured, of a band, tabulated); None: 1000 periods.
+    ``name`` is that of the subcircuit; None: that of the file.  ``duration`` (s) and ``seed`` are
+    those of noise that is written point by point (coloured, of a band, tabulated); None: 1000
+    periods.
 
     Raises InputError for a nondimensional scene, which is not a device, an invalid name, and a
     file that cannot be written; CannotServeError for noise on the stiffness.
@@ -154,7 +155,7 @@ def _head(problem: Problem, name: str) -> Iterator[str]:
     yield f"*       x    : the displacement of the mass from the base, an output: 1 V is 1 {_unit(problem)[1]}"
     yield "* Inside, 1 V is a force of 1 N, and 1 A a velocity of 1 m/s."
     yield "*"
-    yield "* A bench: the part in the scene's shaking, with a load"
+    yield "* A bench: the part in the scene's excitation, with a load"
     if scene.excitation is not None:
         yield f"*   Xbase acc {name}_base"
     yield f"*   Xdevice p 0 acc x {name}"

@@ -82,8 +82,8 @@ def _numbers(problem: Problem) -> tuple[tuple[str, float, str, str], ...]:
         ("restitution", eqs.restitution, "", "restitution coefficient of the stop"),
         ("gap", None if eqs.restitution is None else eqs.gap or 0.0, "", "over the length l"),
         ("D11", eqs.n1, "", "scaled noise intensity (1 by definition)"),
-        ("drive", eqs.drive, "", "scaled drive (1 by definition)"),
-        ("w/w0", eqs.drive_frequency, "", "frequency of the drive over f0"),
+        ("drive", eqs.drive, "", "scaled excitation (1 by definition)"),
+        ("w/w0", eqs.drive_frequency, "", "excitation frequency over f0"),
         ("l", s.length, "m", "length scale"),
     ]
     return tuple((name, value, unit, what) for name, value, unit, what in rows if value is not None)
@@ -179,7 +179,7 @@ def _engines(problem: Problem) -> Finding:
 
 
 def engines(problem: Problem) -> list[str]:
-    """Names of the engines that give a problem a mean power; none without shaking or load."""
+    """Names of the engines that give a problem a mean power; none without excitation or load."""
     if problem.scene.load is None or not problem.equations.is_shaken:
         return []
     kinds = {name: ENGINES[name] for name in serving(problem)}

@@ -3,8 +3,8 @@
 White noise: the displacement is Gaussian, and passes -gap sqrt(E[x'^2]/E[x^2])/(2 pi) exp(-gap^2/(2
 E[x^2])) times a unit of time (Rice).
 
-A harmonic drive: whether it meets the resonance.  The power at the frequency w is beta mu |V(w)|^2
-of `harvester.linear.transfer.amplitudes`, times the drive's square.
+A harmonic excitation: whether it meets the resonance.  The power at the frequency w is beta mu
+|V(w)|^2 of `harvester.linear.transfer.amplitudes`, times the excitation's square.
 """
 
 import math
@@ -47,7 +47,7 @@ def variances(eqs: Equations) -> tuple[float, float] | None:
 
 
 def amplitude(eqs: Equations) -> float | None:
-    """The amplitude at the stop in the linear response to the drive, without the stop; None without a drive."""
+    """The amplitude at the stop in the linear response without the stop; None without a harmonic excitation."""
     if eqs.drive is None or eqs.drive_frequency is None:
         return None
     at_stop = None if eqs.modes is None else eqs.modes.contact
@@ -100,10 +100,11 @@ def _under_noise(
 
 
 def off_resonance(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
-    """A warning if the drive's frequency gives little of the power that another one would give, and its facts.
+    """A warning if the excitation's frequency gives little of the power that another one would give, and its facts.
 
     Without a load resistor it is the power of the best one under white noise, mu = sqrt(1 + beta).
-    Empty without a drive or damping, and if the spring has another linear part than 1 (two wells).
+    Empty without a harmonic excitation or damping, and if the spring has another linear part than 1
+    (two wells).
     """
     eqs = problem.equations
     w = eqs.drive_frequency

@@ -49,7 +49,7 @@ SUBSTRATES = {
     "steel": Substrate(200e9, 7850.0, "a handbook's value of structural steel"),
     "brass": Substrate(105e9, 9000.0, _MEASURED),
     "aluminium": Substrate(70e9, 2700.0, "a handbook's value"),
-    "FR4": Substrate(22e9, 1850.0, "a typical value of laminates' data sheets"),
+    "FR4": Substrate(22e9, 1850.0, "a typical value of laminates' datasheets"),
     "silicon": Substrate(
         169e9, 2330.0, "Hopcroft, Nix and Kenny 2010, J. MEMS 19, 229: along <110>"
     ),

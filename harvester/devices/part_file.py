@@ -83,7 +83,7 @@ def export(
     >>> piezo = hv.Piezo(coupling="1 mN/V", capacitance="50 nF")
     >>> hv.export(hv.Scene(oscillator=mass, piezo=piezo), "/nowhere/plate.lib")
     Traceback (most recent call last):
-    harvester.errors.InputError: `out` must take plate.lib, but writing failed: ...
+    harvester.errors.InputError: `out` must accept plate.lib, but writing failed: ...
     """
     is_fmu = str(out).endswith(".fmu")
     if any(callable(getattr(scene, name, None)) for name in NEEDED):

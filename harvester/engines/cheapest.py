@@ -187,8 +187,8 @@ def _answer_or_error(
 ) -> Estimate | HarvesterError:
     """The answer of an engine, or why there is none, if another may have one.
 
-    Raises UnboundedResponseError of the ``is_first`` engine: the growth is that of the scene, unless
-    its step is too long.
+    Raises UnboundedResponseError of the ``is_first`` engine: the growth is that of the scene,
+    unless its step is too long.
     """
     try:
         return engine.run(problem, progress)
@@ -230,7 +230,7 @@ def longest_charging(parts: Iterable[CircuitPart]) -> float:
 def stands_alone(problem: Problem) -> bool:
     """Whether runs of ngspice are not paired with a circuit of ideal elements, and so are few.
 
-    Under a steady drive of one mode engine `Spice` finds periodic responses, and seeks others.
+    Under a steady excitation of one mode engine `Spice` finds periodic responses, and seeks others.
     """
     from harvester.engines.spice.cheap_model import ideal_elements
 

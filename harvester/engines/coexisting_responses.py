@@ -1,4 +1,4 @@
-"""The responses to a steady drive that a search from many starts finds, if the mass is not linear.
+"""The responses to a steady excitation that a search from many starts finds, if the mass is not linear.
 
 It is made by the model without ngspice: the equations with a load resistor, or with a circuit of
 ideal elements.
@@ -25,7 +25,7 @@ AGAIN = 0.25  # of the time that the search took: for what moves to half the ste
 
 
 def may_have_several(problem: Problem) -> bool:
-    """Whether a steady drive may have several responses, which a linear mass has not."""
+    """Whether a steady excitation may have several responses, which a linear mass has not."""
     return problem.equations.is_steady and linear_growth(problem.equations) is None
 
 
@@ -44,9 +44,9 @@ def steady_responses(
     """The responses of the ``engine``'s model, the most frequent first; none if the search does not settle.
 
     They are those that stay at half the step of the search.  A mean has the time-step error, from
-    the same response before, and of sampling: that of the drive's phase on the grid of steps if it
-    comes back, else of the motion.  The responses that the longer step lacks, and the error of the
-    model (``unknown``), are not known.
+    the same response before, and of sampling: that of the excitation's phase on the grid of steps
+    if it comes back, else of the motion.  The responses that the longer step lacks, and the error
+    of the model (``unknown``), are not known.
     """
     from harvester.mechanics.ensemble.coexisting_responses import (
         attractors,

@@ -95,7 +95,7 @@ class Compiled(Ensemble):
         return needs_circuit(problem, cls.NAME) or needs_compiled_circuit(problem, cls.NAME)
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
-        """As `Ensemble.run`; under a steady drive the periodic response, unless trajectories or a time are given."""
+        """As `Ensemble.run`; under steady excitation the periodic response, unless trajectories or a time are given."""
         return self.run_from(scene, None, progress, self.judged)[0]
 
     def run_from(
@@ -105,7 +105,7 @@ class Compiled(Ensemble):
         progress: Progress | None = None,
         judged: bool = True,
     ) -> "tuple[Estimate, CircuitStart | None]":
-        """As `run`, and the periodic response if it has one: from rest, or from ``near``, that of a drive close by.
+        """As `run`, and any periodic response: from rest, or from ``near``, that of an excitation close by.
 
         Without ``judged`` ngspice is not asked how far it is from that.
         """

@@ -1,4 +1,4 @@
-"""Engine `compiled` under a steady drive: the periodic response at several steps, and ngspice's from there."""
+"""Engine `compiled` under a steady excitation: the periodic response at several steps, and ngspice's from there."""
 
 import time
 from dataclasses import dataclass, field
@@ -57,7 +57,7 @@ def steady_answer(
     judged: bool = True,
     progress: Progress | None = None,
 ) -> "tuple[Estimate | None, CircuitPeriod | None]":
-    """The answer of a periodic response from rest, or ``near`` that of a drive close by, and its place; None: none.
+    """The answer of a periodic response from rest, or ``near`` that of an excitation close by, and its place, or None.
 
     With ``judged``, ngspice continues from the response at the longest step to its own, and their
     difference is the model error; with several modes its circuit follows that response.  Without a

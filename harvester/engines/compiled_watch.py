@@ -1,4 +1,4 @@
-"""The inside of a circuit by engine `compiled`: probes, and the power of each element, along a few paths."""
+"""The inside of a circuit by engine `compiled`: probes, and the power of each element, along a few trajectories."""
 
 import dataclasses
 import math
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
 PATHS, FEWEST = 64, 8  # how many, and how many weigh a control variate
-OF_ELEMENTS = 16  # paths that tell the powers of elements
+OF_ELEMENTS = 16  # trajectories that determine the powers of elements
 AVERAGED = 128.0  # nondimensional time of each
 UNKNOWN = f"{STEP} and {COMPILED_CIRCUIT}"
 
@@ -31,7 +31,7 @@ UNKNOWN = f"{STEP} and {COMPILED_CIRCUIT}"
 def sampled_paths(
     problem: Problem, pair: "RichardsonPair", circuit: "CompiledCircuit", seed: int, ledger: bool
 ) -> "list[CircuitPath]":
-    """Paths on noise of their own, from states of trajectories that have settled; a ``ledger`` asks for own steps."""
+    """Trajectories on noise of their own, from settled states; a ``ledger`` asks for own steps."""
     from harvester.engines.spice.cheap_model import settled_starts
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.noise import child, three_point_grid
@@ -59,7 +59,7 @@ def sampled_paths(
 
 
 def _traced(circuit: "CompiledCircuit", given: "TraceArguments", log: bool) -> "CircuitPath":
-    """The path of the arguments ``given`` that keeps its states, and its own steps if a ``log`` is asked for."""
+    """The trajectory of the arguments ``given`` that keeps its states, and its own steps if a ``log`` is asked for."""
     path = circuit.trace(**given, keep=True)
     return (
         dataclasses.replace(circuit.with_own_steps(path, given), states=path.states)
@@ -71,7 +71,7 @@ def _traced(circuit: "CompiledCircuit", given: "TraceArguments", log: bool) -> "
 def period_paths(
     problem: Problem, response: "CircuitPeriod", circuit: "CompiledCircuit", ledger: bool
 ) -> "list[CircuitPath]":
-    """The path of a periodic response, once around; a ``ledger`` asks for own steps."""
+    """The trajectory of a periodic response, once around; a ``ledger`` asks for own steps."""
     path = response.path
     assert path.shaking is not None, "the drive is steady"
     given: TraceArguments = {
@@ -97,7 +97,7 @@ def with_watched(
 ) -> Estimate:
     """An answer with the probes and the elements that are asked for; only the sampling part of their errors is known.
 
-    The load's power on the paths, whose mean the answer knows, is their control variate.
+    The load's power on the trajectories, whose mean the answer knows, is their control variate.
 
     Raises InputError for anything that is not there, and for quantities that compiled circuits do
     not know.

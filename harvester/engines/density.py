@@ -57,8 +57,8 @@ class Density(Request, Engine):
     Raises
     ------
     CannotServeError
-        for a netlist, without white or coloured noise of the base, with any other shaking, or for
-        coloured noise near a rigid stop that dissipates energy.
+        for a netlist, without white or coloured noise of the base, with any other excitation, or
+        for coloured noise near a rigid stop that dissipates energy.
     SimulationError
         if the response grows without bound, or the density cannot be resolved.
     """

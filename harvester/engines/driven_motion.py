@@ -1,4 +1,4 @@
-"""How far the mass swings under a sinusoid, and the peak of the voltage, from one path of the response."""
+"""How far the mass swings under a sinusoid, and the peak of the voltage, from one trajectory of the response."""
 
 import math
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ from harvester.uncertainty.richardson import limit
 if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
 
-# of E[V^2]: a path of the response that all come to; and one that comes back
+# of E[V^2]: a trajectory of the response that all come to; and one that comes back
 SAME, SETTLED = 0.02, 1e-3
 MOST_STEPS = 4e6
 
@@ -20,9 +20,10 @@ MOST_STEPS = 4e6
 def driven_motion(problem: Problem, pair: "RichardsonPair") -> dict[str, float]:
     """The RMS of x about its mean and the largest |x| and |V|, with their time-step error, in the scene's units.
 
-    The path continues from one of the trajectories, at their step, a half and a quarter of it.
-    Nothing is given if something random shakes the mass, the circuit is compiled, or the path does
-    not come to the mean of all trajectories: they have several responses, or none that comes back.
+    The trajectory continues from one of the trajectories, at their step, a half and a quarter of
+    it. Nothing is given if something random shakes the mass, the circuit is compiled, or the
+    trajectory does not come to the mean of all trajectories: they have several responses, or none
+    that comes back.
     """
     from harvester.mechanics.ensemble.coexisting_responses import sections
     from harvester.mechanics.kernels.forcing import forcing

@@ -102,7 +102,7 @@ class Ensemble(MonteCarloOptions, Engine):
     samples = True
     has_frequency_response = True
     TRAJECTORIES: ClassVar[int] = sampling.TRAJECTORIES
-    SEARCHES: ClassVar[bool] = True  # for other responses to a steady drive, from many starts
+    SEARCHES: ClassVar[bool] = True  # for other responses to a steady excitation, from many starts
     MODEL_NOTE: ClassVar[str] = ""  # the code of a warning why an error of the model is not stated
     UNKNOWN: ClassVar[str] = ""  # what that error comes from
     # whether that error is measured before the effort is chosen, for which less time is left
@@ -320,7 +320,7 @@ class EnsembleSampler:
     progress: Progress | None
 
     def mean(self, name: str, exact: bool) -> Value:
-        """One moment's mean; ``exact``: without an sampling error."""
+        """One moment's mean; ``exact``: without a sampling error."""
         return sampling.mean_with_errors(self.pair, name, exact)
 
     def power_so_far(self) -> Value:

@@ -1,4 +1,4 @@
-"""Engine `exact`: linear equations without a stop, in closed form, under any shaking."""
+"""Engine `exact`: linear equations without a stop, in closed form, under any excitation."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -80,10 +80,10 @@ class Exact(Formula):
 
 
 def _motion(problem: Problem, x2: float) -> dict[str, float]:
-    """The RMS displacement, and under a harmonic drive alone the amplitudes of displacement and voltage.
+    """The RMS displacement, and under a harmonic excitation alone the amplitudes of displacement and voltage.
 
-    For a record or a tabulated density the displacement's error is not computed, so that it is left
-    out.  Random shaking has no largest value but over a lifetime (`harvester run --lifetime`).
+    For a record or a tabulated PSD the displacement's error is not computed, so that it is left
+    out.  Random excitation has no largest value but over a lifetime (`harvester run --lifetime`).
     """
     eqs, units = problem.equations, problem.units
     if eqs.record is not None or eqs.density is not None:

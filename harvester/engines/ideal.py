@@ -71,7 +71,7 @@ class Ideal(Ensemble):
 
     @property
     def at_many_points(self) -> Self:
-        """Without the judge of each point."""
+        """Without the reference of each point."""
         return dataclasses.replace(self, judged=False)
 
     @classmethod
@@ -103,7 +103,7 @@ class Ideal(Ensemble):
 
     @property
     def runs_together(self) -> bool:
-        """Whether scenes may run side by side: without the judge of each, who compares paths."""
+        """Whether scenes may run side by side: without the reference of each, who compares paths."""
         return not self.judged
 
     def remarked(self, answer: Estimate, problem: Problem) -> Estimate:
@@ -137,7 +137,7 @@ class Ideal(Ensemble):
 
 
 def _slow_switching(problem: Problem) -> tuple[Diagnostic, ...]:
-    """A warning if the coil needs a good part of half a period for the inversion that ideal switches make at once.
+    """A warning if the inductor needs a good part of half a period for the inversion that ideal switches make at once.
 
     Under a sinusoid SSHI and SECE were off by up to 3 times that part of the power (`python
     benchmarks/products.py`).

@@ -1,6 +1,6 @@
 """The difference between a circuit of ideal elements and the compiled netlist, on the same noise.
 
-Under a steady drive the periodic response of the compiled circuit is the judge.
+Under a steady excitation the periodic response of the compiled circuit is the reference.
 """
 
 import time
@@ -23,11 +23,12 @@ TIME = 32.0
 # trajectories; nondimensional time, above which nobody would wait
 FEWEST = 16
 LONGEST = 500.0
-FEWEST_SECONDS = 0.5  # that the judge takes at least: with less left of a budget none begins
-SETTLING, AVERAGED = 3.0, 4.0  # times that the slowest of mass, store and load takes to forget
-# steps of the judge under a steady drive: at that of ideal elements it was 2 % off beside a stop
+FEWEST_SECONDS = 0.5  # that the reference takes at least: with less left of a budget none begins
+SETTLING, AVERAGED = 3.0, 4.0  # settling times of the slowest of mass, storage and load
+# steps of the reference under a steady excitation: at that of ideal elements it was 2 % off beside
+# a stop
 FINE = 0.25, 0.125
-# tolerance of a circuit's step under a steady drive, and what settling may change
+# tolerance of a circuit's step under a steady excitation, and what settling may change
 STEADY, SETTLED = 2e-3, 1e-4
 JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
 
@@ -35,7 +36,7 @@ JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (doc
 def difference_from_compiled(
     problem: Problem, pair: "RichardsonPair", deadline: float
 ) -> dict[str, float]:
-    """Relative differences of E[V^2] ("V2") and of the load's power ("load"), at most at 95 %, and those of the judge.
+    """Relative differences of E[V^2] ("V2") and of the load's power ("load"), at most at 95 %, and the reference's.
 
     The trajectories of both begin in settled states of the ideal circuit and have the same noise.
     Near a stop they part all the same; controls make the difference of their means sharper.  Empty
@@ -97,7 +98,7 @@ def difference_from_compiled(
 
 
 def _largest(name: str, high: Moments, low: Moments, together: int) -> float:
-    """The relative difference of a moment at 95 %, and that of the judge."""
+    """The relative difference of a moment at 95 %, and that of the reference."""
     mine, its = (getattr(moments, name) for moments in (high, low))
     size = float(its.mean())
     if not size > 0.0:
@@ -109,7 +110,7 @@ def _largest(name: str, high: Moments, low: Moments, together: int) -> float:
 def _of_periods(
     circuit: "CompiledCircuit", problem: Problem, pair: "RichardsonPair"
 ) -> dict[str, float]:
-    """The same of a steady drive, from the compiled circuit's periodic response; empty if it has none."""
+    """The same of a steady excitation, from the compiled circuit's periodic response; empty if it has none."""
     from harvester.circuits.circuit_period import periodic_response
 
     eqs = problem.equations

@@ -1,4 +1,4 @@
-"""Why the response of a circuit to a steady drive does not repeat: the likely cause, as data."""
+"""Why the response of a circuit to a steady excitation does not repeat: the likely cause, as data."""
 
 import dataclasses
 import math
@@ -10,12 +10,12 @@ from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import Diagnostic, note
 
-PERIODS = 100.0  # of the drive: a store that takes longer to settle is the likely cause
+PERIODS = 100.0  # of the excitation: a circuit that takes longer stores charge, the likely cause
 SWITCHES, PASSIVE = "sw", "rcldkv"  # letters of elements; all others may amplify
 
 
 def slow_store(problem: Problem) -> float | None:
-    """How long a store settles (in the unit of the scene) that needs more than `PERIODS`; None without one."""
+    """How long storage settles (in the unit of the scene) that needs more than `PERIODS`; None without one."""
     storage = (problem.circuit and problem.circuit.storage) or 0.0  # s
     settling = storage * problem.scales.frequency
     if settling * (problem.equations.drive_frequency or 0.0) <= 2.0 * math.pi * PERIODS:

@@ -34,7 +34,7 @@ LOOSE = 0.01
 LEAST = 128
 FIRST = 0.25  # of that, of a compiled circuit towards a target: a loose one needs no more
 LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
-FEW_OWN = 16  # trajectories of a compiled circuit that does not come back to a steady drive
+FEW_OWN = 16  # trajectories of a compiled circuit that does not come back to a steady excitation
 SLOWER = 8.0  # times fewer trajectories of a circuit with a kernel of its own
 CHARGING = 300.0  # time constant of a capacitor beyond which it is charged by fewer trajectories
 # relative differences of trajectories that are: between them, of impacts' places in a step
@@ -59,7 +59,7 @@ class Model:
 
     @property
     def is_compiled(self) -> bool:
-        """Whether the circuit has a kernel of its own, whose steps are a hundred times dearer."""
+        """Whether the circuit has a kernel of its own, whose steps are a hundred times more expensive."""
         return has_own_kernel(self.circuit)
 
 
@@ -124,9 +124,10 @@ def run_burn_in(
     """Burn in within a ``budget`` in seconds, as `harvester.mechanics.ensemble.burn_in.burn_in` does: its warnings.
 
     Under shocks the step is made shorter before, unless it is fixed: the part of a shock that a
-    grid of steps cannot carry is left out, and near a stop that moves the impacts.  The bias that is
-    measured at twice the step sees that only if both steps carry nearly all of it.  Hops between
-    unlike wells that are too rare for their shares to become stationary are a warning of their own.
+    grid of steps cannot carry is left out, and near a stop that moves the impacts.  The bias that
+    is measured at twice the step sees that only if both steps carry nearly all of it.  Transitions
+    between unlike wells that are too rare for their shares to become stationary are a warning of
+    their own.
     """
     from harvester.mechanics.ensemble.burn_in import burn_in
 
@@ -142,7 +143,7 @@ def run_burn_in(
 
 
 def _rare_hops(hops: "Hopping", h: float, problem: Problem) -> Diagnostic:
-    """The warning that hops are rare, how rare, and the effort of an answer at a step of ``h``."""
+    """The warning that inter-well transitions are rare, how rare, and the effort of an answer at a step of ``h``."""
     eqs, unit = problem.equations, problem.units
     metre = "m" if problem.physical else ""
     rates = None if problem.netlist is not None else hopping_rates(eqs)
@@ -213,7 +214,7 @@ def step_and_effort(
 def agreement(
     moments: "Moments", name: str = "V2", responses: "tuple[SteadyResponse, ...]" = ()
 ) -> Diagnostic | None:
-    """Whether the trajectories of a response to a steady drive agree: a note, or a warning if they differ.
+    """Whether the trajectories of a response to a steady excitation agree: a note, or a warning if they differ.
 
     They are compared by V^2 and by the moment ``name``, which the power is made of, whichever
     differs more.  None if they differ a little, or if all starts are known to come to one periodic

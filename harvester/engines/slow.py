@@ -59,8 +59,8 @@ class Slow(Request, Engine):
     ------
     CannotServeError
         for a load without a bridge of diodes at the electrodes, elements that no compiled circuit
-        has, and shaking other than a harmonic drive, or than white or coloured noise of a mass with
-        one resting place.
+        has, and excitation other than a harmonic excitation, or than white or coloured noise of a
+        mass with one resting place.
     UnboundedResponseError
         if the response grows without bound.
     """
@@ -249,7 +249,7 @@ class Slow(Request, Engine):
 
 
 def _serves_shaking(eqs: Equations) -> bool:
-    """Whether it is a drive alone, or noise alone whose mean current does not wait for hops between wells."""
+    """Whether it is a drive alone, or noise alone whose mean current does not wait for inter-well transitions."""
     if not eqs.is_random:
         return eqs.drive is not None
     known = eqs.drive is None and eqs.record is None and eqs.density is None

@@ -35,10 +35,11 @@ class Equations:
     eps2^2 D22 and n12 = eps1 eps2 D12 are the noise intensities. beta None is a voltage without
     force on the mass, mu None an open circuit, restitution None no stop, and so on.
 
-    Other shaking than white noise, one kind at most (`harvester.mechanics.kernels.shaking`): ``drive``
-    cos(drive_frequency t); noise of low-frequency intensity ``coloured`` with a ``correlation_time``; or of intensity
-    ``coloured`` at the frequency ``centre`` with the half-power ``bandwidth``; a ``record``, or records of a
-    ``density``.  ``modes`` are further modes, or a magnifier.
+    Other excitation than white noise, one kind at most (`harvester.mechanics.kernels.shaking`):
+    ``drive`` cos(drive_frequency t); noise of low-frequency intensity ``coloured`` with a
+    ``correlation_time``; or of intensity ``coloured`` at the frequency ``centre`` with the
+    half-power ``bandwidth``; a ``record``, or records of a ``density``.  ``modes`` are further
+    modes, or a magnifier.
     """
 
     alpha: float | None = None
@@ -97,7 +98,7 @@ class Equations:
 
     @property
     def is_steady(self) -> bool:
-        """Whether the mass is shaken and nothing is random: a harmonic drive or a record alone."""
+        """Whether the mass is shaken and nothing is random: a harmonic excitation or a record alone."""
         return self.is_shaken and not self.is_random
 
     @property
@@ -115,7 +116,7 @@ class Equations:
 
     @property
     def shaking_period(self) -> float | None:
-        """Period of a shaking that repeats itself; None for one that does not, and without any."""
+        """Period of an excitation that repeats itself; None for one that does not, and without any."""
         if self.drive is not None:
             assert self.drive_frequency is not None, "Scene checks this"
             return 2.0 * math.pi / self.drive_frequency
@@ -214,8 +215,8 @@ class Equations:
     def resting_places(self) -> list[float]:
         """Rest positions of the mass without voltage: minima of the spring's energy, and stops that it is pressed on.
 
-        In ascending order; two or more for a bistable spring.  A mass pressed on a compliant stop is placed at its
-        edge.
+        In ascending order; two or more for a bistable spring.  A mass pressed on a compliant stop
+        is placed at its edge.
         """
         low, high = self.stops
         pressed = {

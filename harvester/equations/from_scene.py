@@ -6,8 +6,9 @@
     c1 = b1/(M w0)    c2 = b2 l^2/(M w0)    c3 = b3 l^4/(M w0)    cv = b_v l/M
     beta = theta^2/(k Cp)    mu = 1/(R Cp w0) + loss_tangent    v^2/R = (M w0^3 l^2) beta mu V^2
     white base acceleration of one-sided density G:  N1 = G/(4 l^2 w0^3)
-    other shaking: amplitude F = A/(l w0^2), frequencies 2 pi f/w0, correlation time w0 T; coloured noise as white;
-    a recorded acceleration a of the base is -a/(l w0^2) of the mass relative to it
+    other excitation: amplitude F = A/(l w0^2), frequencies 2 pi f/w0, correlation time w0 T;
+    coloured noise as white; a recorded acceleration a of the base is -a/(l w0^2) of the mass
+    relative to it
 
 No physical result depends on the length l (a test).
 """
@@ -32,7 +33,8 @@ TURN = 2.0 * math.pi  # rad
 def equations_at(scene: Scene, s: Scales) -> Equations:
     """The nondimensional coefficients of a scene at given scales; zero coefficients are absent effects.
 
-    InputError if a coefficient is too large to compute with.  A nondimensional scene does not need the scales.
+    InputError if a coefficient is too large to compute with.  A nondimensional scene does not need
+    the scales.
     """
     eqs = (
         _from_device(scene, s)

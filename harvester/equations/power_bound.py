@@ -72,7 +72,7 @@ def _mean_square(eqs: Equations) -> float:
 
 
 def _mean_jerk(eqs: Equations) -> float:
-    """E|a'| for a drive or a record; infinite for noise."""
+    """E|a'| for a harmonic excitation or a record; infinite for noise."""
     if eqs.drive is not None and eqs.coloured is None:
         assert eqs.drive_frequency is not None, "Scene checks this"
         return 2.0 / math.pi * eqs.drive * eqs.drive_frequency

@@ -1,4 +1,4 @@
-"""The base's recorded acceleration or tabulated density in SI units, from a file or from a profile by its name.
+"""The base's recorded acceleration or tabulated PSD in SI units, from a file or from a profile by its name.
 
 A single shock is one that repeats when the device has come to rest: when `LEFT` of a motion of the
 linear device without its stops and its load is left.  With the load the remaining motion changes

@@ -72,8 +72,8 @@ def scales(scene: Scene, length: float | None = None) -> Scales:
 def natural_length(scene: Scene) -> float:
     """A length that makes the numbers of a physical scene of order one, in metre.
 
-    With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; under a harmonic drive alone, l = A/w0^2, so
-    that F = 1, and under a record with its RMS for A; without any, the length at which the cubic
+    With noise, l = sqrt(G/(4 w0^3)), so that N1 = 1; under a harmonic excitation alone, l = A/w0^2,
+    so that F = 1, and under a record with its RMS for A; without any, the length at which the cubic
     force equals the linear one, or 1 mm.
     """
     mass = scene.modal.mass

@@ -1,1 +1,1 @@
-"""The page of `harvester explore`: a device's knobs, its power as they turn, and runs in the background."""
+"""The page of `harvester explore`: a device's sliders, its power as they turn, and runs in the background."""

@@ -1,4 +1,4 @@
-"""Further facts of a design: how far one path reached, and the supply of a chip or a node."""
+"""Further facts of a design: how far one trajectory reached, and the supply of a chip or a node."""
 
 import json
 from typing import Any
@@ -23,7 +23,7 @@ def of_path(scene: Scene, path: dict[str, Any]) -> dict[str, str]:
     )
 
 
-# A chip's parameters: the store's voltage at which its output begins and ends, and the output's.
+# A chip's parameters: the storage voltage at which its output begins and ends, and the output's.
 _THRESHOLDS = {"Vrise": "output begins at", "Von": "output begins at", "Vfall": "output ends at"}
 _THRESHOLDS |= {"Voff": "output ends at", "Vreg": "output voltage"}
 # what is known of a chip's load, with others; see `harvester.storage.checked_mean.of_load`
@@ -47,7 +47,7 @@ def of_chip(details: dict[str, float], values: dict[str, float]) -> list[tuple[s
 
 
 def of_coil(problem: Problem) -> dict[str, str]:
-    """How well the coil of a scene's circuit rings with its piezo, if it has one: the basis of SSHI and SECE."""
+    """How well the inductor of a scene's circuit rings with its piezo, if it has one: the basis of SSHI and SECE."""
     circuit = problem.circuit
     piezo = problem.scene.piezo
     quality = (

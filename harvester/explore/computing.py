@@ -1,4 +1,4 @@
-"""The computations of a page when a knob turns, in threads and in a worker process: the server itself only hands on."""
+"""Computations of the app when a slider turns, in threads and in a worker process: the server itself only hands on."""
 
 import contextlib
 import dataclasses
@@ -79,7 +79,7 @@ POOL = ThreadPoolExecutor(32, "explore")
 # seconds without a change before the other formulas follow: the first one's curve is drawn
 # meanwhile
 PAUSED = 0.06
-# seconds without a change before more is computed than a knob needs that goes on turning
+# seconds without a change before more is computed than a slider needs that goes on turning
 RESTED = 0.3
 HASTE = 8.0  # the same, of the power of a circuit
 # seconds that the power of a circuit may take before the formulas' curves begin to compete with it
@@ -105,7 +105,7 @@ class Shown(Protocol):
     """The actions on the answers, on the server's thread: see `harvester.explore.page.Explorer`."""
 
     def show(self, request: PageRequest, snapshot: Live, rested: bool) -> None:
-        """Draw the formulas' results; in all its words if the knobs have ``rested``.
+        """Draw the formulas' results; in all its words if the sliders have ``rested``.
 
         Without ``serving`` it is that of a circuit whose power is to be drawn first.
         """
@@ -124,11 +124,11 @@ class Shown(Protocol):
         ...
 
     def say_of_path(self, text: str) -> None:
-        """State the progress of the path."""
+        """State the progress of the trajectory."""
         ...
 
     def show_path(self, request: PageRequest, path: dict[str, Any]) -> None:
-        """Draw a path."""
+        """Draw a trajectory."""
         ...
 
     def show_life(self, request: PageRequest, life: dict[str, Any]) -> None:
@@ -137,7 +137,7 @@ class Shown(Protocol):
 
 
 class Computing:
-    """The work of one page, for the newest state of its knobs; ``soon`` calls a function on the server's thread."""
+    """The work of one page, for the newest state of its sliders; ``soon`` calls a function on the server's thread."""
 
     def __init__(self, page: Shown, soon: Callable[[Callable[[], None]], None]) -> None:
         self._page, self._soon = page, soon
@@ -166,9 +166,9 @@ class Computing:
             work.close()
 
     def _compute(self, request: PageRequest, overtaken: Overtaken) -> None:
-        """In a thread: the curves, coarse, and when the knobs rest, fine; each if nothing newer waits.
+        """In a thread: the curves, coarse, and when the sliders rest, fine; each if nothing newer waits.
 
-        A knob that is the axis itself moves the working point along a curve that is known.
+        A slider that is the axis itself moves the working point along a curve that is known.
         """
         try:
             same = (without(request.tables, request.key), request.key, request.slide)
@@ -224,7 +224,7 @@ class Computing:
             self._soon(functools.partial(self._page.show, request, snapshot, rested))
 
     def _trace(self, request: PageRequest, overtaken: Overtaken) -> None:
-        """In a thread: the meaning of the numbers, and one path of the scene, from a process of its own."""
+        """In a thread: the meaning of the numbers, and one trajectory of the scene, from a process of its own."""
         if not self._path_work.rests(RESTED):
             return
         try:
@@ -286,7 +286,7 @@ class Computing:
             )
 
     def _fine_power(self, request: PageRequest, overtaken: Overtaken) -> None:
-        """In a thread: the same when the knobs rest, finely and along the axis."""
+        """In a thread: the same when the sliders rest, finely and along the axis."""
         if not self._fine_work.rests(RESTED):
             return
         answer = self._elsewhere(in_worker.power, request, overtaken, HASTE, *in_worker.FINE)

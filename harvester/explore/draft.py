@@ -25,7 +25,7 @@ from harvester.scene.toml import MOST_BYTES, load, loads
 PROFILE, HARMONICS = "excitation.profile", "excitation.harmonics"
 # keys that are no number, and what they are at first
 WORDS = {PROFILE: "walking", HARMONICS: "0.1 g, 0.03 g"}
-CARRIED = ("storage", "node", "chip")  # tables that no knob turns, which go with a netlist
+CARRIED = ("storage", "node", "chip")  # tables that no slider turns, which go with a netlist
 RESISTANCE, PARAMETER = "load.resistance", "load.parameters."
 MOST_KNOBS = 50  # of a netlist
 FIRST = """
@@ -44,7 +44,7 @@ class Draft:
     ``texts`` are those of all keys that were ever present, in or out of the scene; ``on`` the
     effects that are switched on; ``netlist`` the circuit, None for a resistance (or none);
     ``files`` the paths of records by key; ``words`` the keys that are not number; ``load`` the text
-    that a flat netlist needs in addition; ``untouched`` the texts of elements as a user's own
+    that a flat netlist needs in addition; ``untouched`` the texts of elements as a custom
     netlist has them.
     """
 
@@ -107,7 +107,7 @@ class Draft:
             self.texts[key] = raw if isinstance(raw, str) else exactly(key, value)
 
     def own_netlist(self, path: str) -> None:
-        """Take the circuit of a user's own netlist, as its file has it."""
+        """Take the circuit of a custom netlist, as its file has it."""
         self.netlist = path
         self.loaded = True
         self.load = {}
@@ -117,7 +117,7 @@ class Draft:
         self._offer_elements(Load(netlist=path))
 
     def _offer_elements(self, load: Load | None) -> None:
-        """Texts for the parameters and elements of an own netlist that the scene does not name, `MOST_KNOBS` in all."""
+        """Texts for parameters and elements of a custom netlist that the scene does not name, `MOST_KNOBS` in all."""
         if load is None or load.netlist is None or not is_path(load.netlist):
             return
         circuit = load_circuit(load, self.value("piezo.capacitance") if self.physical else None)
@@ -209,7 +209,7 @@ class Draft:
         return [key for key in self.texts if key.startswith(PARAMETER)]
 
     def _named(self) -> list[str]:
-        """The keys of the parameters that the scene has: elements of a user's own netlist once they are changed."""
+        """The keys of the parameters that the scene has: elements of a custom netlist once they are changed."""
         return [key for key in self.parameters if self.texts[key] != self.untouched.get(key)]
 
     def present_keys(self) -> list[str]:
@@ -255,10 +255,10 @@ class Draft:
         return in_file(key, self.texts[key]) if key in self.texts else None
 
     def check_knobs(self) -> None:
-        """Raise InputError for a netlist or a link with more parameters than a page has knobs."""
+        """Raise InputError for a netlist or a link with more parameters than a page has sliders."""
         if (count := len(self.parameters)) > MOST_KNOBS:
             raise InputError(
-                f"a netlist must have at most {MOST_KNOBS} parameters, each a knob here, "
+                f"a netlist must have at most {MOST_KNOBS} parameters, each a slider here, "
                 f"but has {count}"
             )
 
@@ -291,7 +291,7 @@ class Draft:
 
 
 def _taken(tables: dict[str, Any]) -> dict[str, Any]:
-    """The tables that the page has no knobs for, removed from a scene's: they stay as they are."""
+    """The tables that the page has no sliders for, removed from a scene's: they stay as they are."""
     return {
         table: tables.pop(table)
         for table in (Mode.TABLE, Magnifier.TABLE, Ball.TABLE)

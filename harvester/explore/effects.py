@@ -23,7 +23,7 @@ class EffectCard:
     fixed: bool = False
 
 
-BY_NAME = "shaking by name"
+BY_NAME = "excitation by name"
 PHYSICAL = (
     EffectCard("oscillator", "mass", ("oscillator.mass",), fixed=True),
     EffectCard("oscillator", "spring, as a stiffness", ("oscillator.stiffness",), "spring"),
@@ -73,13 +73,13 @@ PHYSICAL = (
     ),
     EffectCard(
         "excitation",
-        "noise of a band",
+        "band-limited noise",
         ("excitation.centre_frequency", "excitation.bandwidth"),
         "shaking",
         needs="noise",
     ),
     EffectCard("excitation", "recorded acceleration", ("excitation.acceleration_file",), "shaking"),
-    EffectCard("excitation", "tabulated density", ("excitation.acceleration_psd_file",), "shaking"),
+    EffectCard("excitation", "tabulated PSD", ("excitation.acceleration_psd_file",), "shaking"),
     EffectCard("excitation", BY_NAME, ("excitation.profile",), "shaking"),
     EffectCard("excitation", "level of it", ("excitation.level",), needs=BY_NAME),
     EffectCard(
@@ -130,7 +130,7 @@ NONDIMENSIONAL = (
     _card("excitation", "coloured noise", "correlation_time", choice="shaking", needs="noise"),
     _card(
         "excitation",
-        "noise of a band",
+        "band-limited noise",
         "centre_frequency",
         "bandwidth",
         choice="shaking",

@@ -58,9 +58,9 @@ def problem_line(text: str) -> str:
 
 
 def without_knobs(tables: Iterable[str]) -> str:
-    """That tables of the scene have no knobs on the page."""
+    """That tables of the scene have no sliders on the page."""
     names = " and ".join("[[mode]]" if table == "mode" else f"[{table}]" for table in tables)
-    return f'<div class="by">{escape(names)} of the scene counts as its file has it: there are no knobs for it.</div>'
+    return f'<div class="by">{escape(names)} of the scene counts as its file has it: there are no sliders for it.</div>'
 
 
 class Power(NamedTuple):
@@ -230,7 +230,7 @@ def difference(
     ]
     cells.append(("mean power", _with_error(before), _with_error(after)))
     if before and after and (before.share is not None or after.share is not None):
-        cells.append(("of the upper bound", _share(before), _share(after)))
+        cells.append(("fraction of the upper bound", _share(before), _share(after)))
     if before and after and before.value > 0.0 and before.unit == after.unit:
         cells.append(("ratio of the powers", "1", f"{after.value / before.value:.4g}"))
     unknown = "not computed yet"

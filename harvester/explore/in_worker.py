@@ -39,7 +39,7 @@ _idle, _quick = processes.idle_processes(), processes.idle_processes()
 
 
 def path(tables: dict[str, Any]) -> dict[str, Any]:
-    """The last periods of one path of a scene: t, x, v and V in its units, as lists, and the places of its stops.
+    """The last periods of one trajectory of a scene: t, x, v and V in its units, as lists, and the places of its stops.
 
     Raises HarvesterError as `harvester.motion`, in the scene's own process: call `elsewhere`.
     """

@@ -1,4 +1,4 @@
-"""The knobs of the page: for every key a field and a slider, for every effect a switch, in a card for each table.
+"""The sliders of the page: for every key a field and a slider, for every effect a switch, in a card for each table.
 
 A `Knob` is one key: a field and a slider for a number, a choice or a text for anything else.
 """
@@ -146,7 +146,7 @@ class WordKnob:
             self._changed("")
 
 
-AFTER = 250  # ms until the knobs of a circuit that was chosen are there
+AFTER = 250  # ms until the sliders of a circuit that was chosen are there
 _CARDS = {
     "load": "Load",
     "oscillator": "Oscillator",
@@ -196,7 +196,7 @@ class Knobs:
         )
 
     def _block(self, effect: EffectCard) -> Any:
-        """An effect's switch, and under it its knobs."""
+        """An effect's switch, and under it its sliders."""
         self._bodies[effect] = column()
         parts = [self._bodies[effect]]
         if not effect.fixed:
@@ -214,7 +214,7 @@ class Knobs:
         return self._blocks[effect]
 
     def _fill(self, effect: EffectCard) -> None:
-        """Make the knobs of an effect when it is first present: most never are, and each needs some time."""
+        """Make the sliders of an effect when it is first present: most never are, and each needs some time."""
         body = self._bodies[effect]
         if not body.objects:
             body.objects = [
@@ -263,13 +263,13 @@ class Knobs:
             document.add_timeout_callback(self._refresh_load, AFTER)
 
     def _refresh_load(self) -> None:
-        """Make the knobs of another load, and show the draft's values of the others."""
+        """Make the sliders of another load, and show the draft's values of the others."""
         self._fill_load()
         self._load.styles = {}
         self.refresh()
 
     def _fill_load(self) -> None:
-        """Make the knobs of the load anew: the resistance, or the netlist's parameters."""
+        """Make the sliders of the load anew: the resistance, or the netlist's parameters."""
         for key in [key for key in self.knobs if key.startswith(PARAMETER) or key == RESISTANCE]:
             del self.knobs[key]
         if self.draft.netlist is None and RESISTANCE not in self.draft.texts:
@@ -301,7 +301,7 @@ class Knobs:
         self._quiet = False
 
     def _refresh_effect(self, effect: EffectCard) -> None:
-        """Show whether an effect is there, its knobs, and the names of its files."""
+        """Show whether an effect is there, its sliders, and the names of its files."""
         here = self.draft.has(effect)
         self._blocks[effect].visible = possible(effect, self.draft.on)
         self._bodies[effect].visible = here

@@ -1,4 +1,4 @@
-"""The engines that answer while a knob turns: the three formulas over a grid of one key, and at the working point."""
+"""The engines that answer while a slider turns: the three formulas over a grid of one key, and at the working point."""
 
 import dataclasses
 import math
@@ -23,10 +23,10 @@ FORMULAS: dict[str, type[Engine]] = {
     for name, kind in sorted(ENGINES.items(), key=lambda entry: -entry[1].LOOK.trust)
     if kind.is_formula
 }
-# Points of a curve that are computed while a knob turns, and after that; `PEAKED` where a closed
-# form has peaks that a coarse grid would miss, as under a harmonic drive.
+# Points of a curve that are computed while a slider turns, and after that; `PEAKED` where a closed
+# form has peaks that a coarse grid would miss, as under a harmonic excitation.
 POINTS, PEAKED = (11, 41), (41, 601)
-TURNING = 7  # points of the first curve while a knob turns, off by some per cent at its ends
+TURNING = 7  # points of the first curve while a slider turns, off by some per cent at its ends
 # Points between two looks whether a newer request waits, in the time of the closed form; of a
 # theory a few.
 AT_ONCE = 61
@@ -188,7 +188,8 @@ def _answers(
 ) -> tuple[Estimate | HarvesterError, dict[float, Estimate]] | None:
     """The answer to the scene unchanged, and those at the values if there are any, in their order.
 
-    The first values are computed together with the scene, for hardly more than it alone.  None once it is overtaken.
+    The first values are computed together with the scene, for hardly more than it alone.  None once
+    it is overtaken.
     """
     at_once = AT_ONCE if engine.is_exact else AT_ONCE // 8
     here: list[Estimate | HarvesterError] = []

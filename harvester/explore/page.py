@@ -1,4 +1,4 @@
-"""One user's page: its draft, its pictures, and its reactions when a knob turns.
+"""One user's page: its draft, its pictures, and its reactions when a slider turns.
 
 Long because every part of the page hears here of each result.
 """
@@ -100,7 +100,7 @@ class Explorer:
         }
 
     def _renew(self) -> None:
-        """Make the knobs anew, for another scene."""
+        """Make the sliders anew, for another scene."""
         self.knobs = Knobs(self.draft, self.changed)
         self.side.objects = [self.knobs.view]
 
@@ -181,7 +181,7 @@ class Explorer:
     def show(self, request: PageRequest, snapshot: Live, rested: bool) -> None:
         """Draw the formulas' results, and let those engines be run that support the scene.
 
-        Tables make the browser lay out the whole page anew, and wait until the knobs have
+        Tables make the browser lay out the whole page anew, and wait until the sliders have
         ``rested``.  If it is not known yet which engines support it, the picture waits for the
         circuit power.
         """
@@ -216,7 +216,7 @@ class Explorer:
         self._draw_words()
 
     def _draw(self, rested: bool = True) -> None:
-        """Draw the results, and state them in all its words if the knobs have ``rested``."""
+        """Draw the results, and state them in all its words if the sliders have ``rested``."""
         if self.live is None:
             return
         self._draw_words(rested)
@@ -286,7 +286,7 @@ class Explorer:
         return [run for run in self.runs.shown(tables, live.key) if run["x"] == live.at]
 
     def _point(self) -> tuple[dict[str, Any], str, float] | None:
-        """The working point for a run in the background: the knobs' values, be it drawn yet or not."""
+        """The working point for a run in the background: the sliders' values, be it drawn yet or not."""
         return (
             None
             if self._request is None

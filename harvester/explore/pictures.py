@@ -1,4 +1,4 @@
-"""The pictures of the page (Bokeh): power over the knob, the orbit, and the voltage against time."""
+"""The pictures of the page (Bokeh): power over the slider, the orbit, and the voltage against time."""
 
 import math
 from collections.abc import Iterable
@@ -44,7 +44,7 @@ _NEAREST, _REFERENCE = (
     {"line_width": 2.4, "line_alpha": 1.0},
     {"line_width": 1.2, "line_alpha": 0.5},
 )
-_EARLIER = 0.3  # opacity of a curve that is of the knobs' place before, until it is computed anew
+_EARLIER = 0.3  # opacity of a curve that is of the sliders' place before, until it is computed anew
 # of the axis of power, times a power of ten
 _ENDS = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 JOINED = 3  # points of one design that are joined
@@ -286,7 +286,7 @@ def pinned_curve(live: Live, runs: list[dict[str, Any]]) -> tuple[Floats, Floats
 
 
 class PathPlots:
-    """One path: the orbit in the phase plane, and the voltage against time."""
+    """One trajectory: the orbit in the phase plane, and the voltage against time."""
 
     def __init__(self) -> None:
         self.orbit = _plain(name="orbit", height=300, x_range=(-1.0, 1.0), y_range=(-1.0, 1.0))

@@ -1,4 +1,4 @@
-"""The figure of one path of a model of the user's own: each of its quantities over time."""
+"""The figure of one trajectory of a model of the user's own: each of its quantities over time."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ _INK = "#0072B2"
 
 
 def cosimulation(answer: Cosimulation, title: str | None) -> Plot:
-    """Draw the columns of a path over the first of them, its time."""
+    """Draw the columns of a trajectory over the first of them, its time."""
     time, *columns = answer.table.columns
     columns = columns[:_ROWS]
     t = np.asarray(time.cells, dtype=float)

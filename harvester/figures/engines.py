@@ -18,7 +18,7 @@ from harvester.studies.compare import Comparison, PathComparison
 from harvester.studies.work_precision.cost_table import Cost
 from harvester.uncertainty.value import Value, percent
 
-_SHOWN = 0.4  # of the path, its end
+_SHOWN = 0.4  # of the trajectory, its end
 _LEDGER = "ledger_"
 MOST_ENGINES = 6  # of the figure of costs
 _SEEN = 1e-5  # of the power: a smaller error is not written beside it

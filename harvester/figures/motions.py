@@ -1,4 +1,4 @@
-"""The figure of one path: over time, in the phase plane, and how it spends its time."""
+"""The figure of one trajectory: over time, in the phase plane, and how it spends its time."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +21,7 @@ _BINS = 80  # of a density
 _STILL = 1e-9  # relative differences of a quantity that stands still
 _ROUNDING = 1e-12  # of the terminals' voltage
 _GOLDEN = 0.6180339887498949  # multiples of it, less whole numbers, lie evenly without a period
-# attributes of a path that are drawn
+# attributes of a trajectory that are drawn
 _ATTRIBUTES = ("displacement", "voltage", "acceleration", "velocity", "time")
 _ROUND = [1, 2, 2.5, 5, 10]  # times a power of ten: steps between ticks
 
@@ -38,7 +38,7 @@ class _Drawn:
 
     @staticmethod
     def of(path: Motion) -> "_Drawn":
-        """The path, with the scales of the part that is shown."""
+        """The trajectory, with the scales of the part that is shown."""
         u = path.unit_names
         probes = list(path.probes)[:_PROBES]
         units = {"displacement": u.length, "voltage": u.voltage, "acceleration": u.acceleration}
@@ -205,7 +205,7 @@ def _between(path: Motion, start: float, x: Floats, v: Floats) -> tuple[Floats, 
 def time_spent(values: Floats, edges: Floats) -> Floats:
     """The fraction of time, shape (n - 1,), that a path spends between edges of shape (n,), as a density.
 
-    The path is straight from reading to reading, so that readings at the same few phases of a
+    The trajectory is straight from reading to reading, so that readings at the same few phases of a
     period leave no gaps.
     """
     low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])

@@ -39,7 +39,7 @@ def tolerance(answer: ToleranceResult, title: str | None) -> Plot:
             axes[-1, 0].set_xlabel(power.label)
         entitle(figure, title, "How does the mean power scatter from device to device?")
         shares = (
-            "Percent: share of the variance, alone."
+            "Percent: fraction of the variance, alone."
             if answer.sensitivity and len(answer.spreads) > 1
             else ""
         )

@@ -1,8 +1,8 @@
-"""Single numbers of a data sheet in a fit: resonances, capacitance, quality, voltage and power.
+"""Single numbers of a datasheet in a fit: resonances, capacitance, quality, voltage and power.
 
 Each is a channel of one point: its logarithm is normal about that of the device, with the error of
 the meter and of the model of a linear device (`harvester.studies.prediction.evidence`), or with the
-spread of a data sheet (`harvester.studies.prediction.priors`).  If nothing determines the damping,
+spread of a datasheet (`harvester.studies.prediction.priors`).  If nothing determines the damping,
 its prior is one point more, about the median of the class.
 """
 
@@ -24,7 +24,7 @@ from harvester.studies.prediction.evidence import METER, MODEL_SHARE, RESONANCE
 
 KINDS = {"frequency": FREQUENCY, RESONANCE: FREQUENCY, "capacitance": CAPACITANCE, "q": QUALITY}
 NAMES = (*KINDS, OPEN, LOADED)
-# The spread of a number of a data sheet, by the quantity of the priors.
+# The spread of a number of a datasheet, by the quantity of the priors.
 SPREAD = {"capacitance": "capacitance", "q": "damping"}
 PRIOR = "prior of the damping"
 WIDE = 3.0  # half-width of the logarithm of a number that neither points nor priors determine
@@ -34,14 +34,14 @@ BETAS = (1e-4, 1e-3, 0.01, 0.05, 0.2, 0.8)  # to begin from
 
 @dataclass(frozen=True)
 class DataSheet:
-    """The numbers of a data sheet, and the prior that a damping of the class has."""
+    """The numbers of a datasheet, and the prior that a damping of the class has."""
 
     numbers: tuple[StatedNumber, ...]
     points: Mapping[str, DataSheetPoint]
     prior: StatedNumber
 
     def value(self, name: str) -> float | None:
-        """A stated number; None if the data sheet has none."""
+        """A stated number; None if the datasheet has none."""
         return next((number.value for number in self.numbers if number.name == name), None)
 
     @property
@@ -51,7 +51,7 @@ class DataSheet:
 
 
 def read_sheet(points: Mapping[str, str], device_class: str) -> DataSheet:
-    """The data sheet from texts.
+    """The datasheet from texts.
 
     Raises InputError for another name or form, and for a class that is not known.
     """
@@ -143,7 +143,7 @@ def _refuse_twice(sheet: DataSheet, known: Mapping[str, float]) -> None:
 
 
 def _refuse_missing(sheet: DataSheet, others: set[str]) -> None:
-    """InputError if neither the data sheet nor ``others`` have a frequency or a capacitance."""
+    """InputError if neither the datasheet nor ``others`` have a frequency or a capacitance."""
     have = others | sheet.names
     first = next(name for name in NAMES if name in sheet.names)
     if have.isdisjoint({"frequency", RESONANCE}):
@@ -244,7 +244,7 @@ def _betas(sheet: DataSheet) -> list[float]:
 
 
 def _stated(sheet: DataSheet, beta: float) -> dict[str, float]:
-    """The parameters that the data sheet states, for a coupling; psi is 1 V/m."""
+    """The parameters that the datasheet states, for a coupling; psi is 1 V/m."""
     values = {"beta": beta, "psi": 1.0, "quality": sheet.value("q") or sheet.prior.value}
     if capacitance := sheet.value("capacitance"):
         values["capacitance"] = capacitance

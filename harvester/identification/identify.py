@@ -45,7 +45,7 @@ def identify(
     points: Mapping[str, str] | None = None,
     prior: str = DEFAULT_CLASS,
 ) -> IdentificationResult:
-    """Fit one mode with its piezo to measurements in CSV files and to the numbers of a data sheet.
+    """Fit one mode with its piezo to measurements in CSV files and to the numbers of a datasheet.
 
     Parameters
     ----------
@@ -56,10 +56,10 @@ def identify(
         scene keys that are not fitted, such as {"mass": "40 g"}: numbers in SI units, or texts with
         their unit.
     points : mapping, optional
-        single numbers of a data sheet, such as ``{"frequency": "60 Hz", "open_circuit_frequency":
+        single numbers of a datasheet, such as ``{"frequency": "60 Hz", "open_circuit_frequency":
         "62 Hz", "capacitance": "30 nF", "q": "60", "open_circuit_voltage": "21 V at 0.25 g",
         "power_at_load": "1.2 mW at 15 kohm and 0.25 g"}``, each with the error of a meter, of the
-        linear model, or of a data sheet.
+        linear model, or of a datasheet.
     prior : str, default "bulk"
         the class of the device, whose prior the damping has if neither files nor points determine
         it: "bulk", "composite", "film" or "polymer".
@@ -113,7 +113,7 @@ def identified(
     known: dict[str, float] | None = None,
     sheet: DataSheet | None = None,
 ) -> IdentificationResult:
-    """Fit measurements and a data sheet that are read; raises as `identify`."""
+    """Fit measurements and a datasheet that are read; raises as `identify`."""
     known = dict(known or {})
     remarks = list[Diagnostic]()
     measurements, alone = _alone(list(measurements), sheet)
@@ -200,7 +200,7 @@ def _with_sheet(
     known: dict[str, float],
     bouncing: bool,
 ) -> tuple[DeviceFit, list[DeviceFit], list[Diagnostic]]:
-    """The fit of files and data sheet together, others that are nearly as good, and the remarks on the latter."""
+    """The fit of files and datasheet together, others that are nearly as good, and the remarks on the latter."""
     if sheet is None:
         return _fit(measurements, known, bouncing), [], []
     of_files = chosen(measurements, known, bouncing) if measurements else ()

@@ -76,7 +76,7 @@ Measurement = Impedance | BaseResponse | Decay
 
 @dataclass(frozen=True)
 class StatedNumber:
-    """A number of a data sheet or a prior, with the standard deviation of its logarithm."""
+    """A number of a datasheet or a prior, with the standard deviation of its logarithm."""
 
     name: str
     value: float
@@ -85,7 +85,7 @@ class StatedNumber:
     @property
     def state(self) -> str:
         """Its origin in words."""
-        return "data sheet"
+        return "datasheet"
 
 
 def thinned(data: Measurement, most: int) -> Measurement:

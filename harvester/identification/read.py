@@ -74,7 +74,7 @@ def read_files(names: tuple[str, ...]) -> list[Measurement]:
     measurements = [data for name in names for data in read_file(name)]
     if not measurements:
         raise InputError(
-            "FILE must be given: a CSV file of a measurement, or the numbers of a data sheet, "
+            "FILE must be given: a CSV file of a measurement, or the numbers of a datasheet, "
             "such as --frequency"
         )
     return measurements

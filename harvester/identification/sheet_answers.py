@@ -1,4 +1,4 @@
-"""The answers that a data sheet leaves: the limits of its fit, points that are far off, and rival couplings."""
+"""The answers that a datasheet leaves: the limits of its fit, points that are far off, and rival couplings."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -90,8 +90,8 @@ def _impossible(sheet: DataSheet, name: str, values: Mapping[str, float], off: f
     if name not in NAMES:
         return (
             f"{written(sheet.names)} must be possible for one linear device, but the nearest one "
-            f"has a quality factor of {values['quality']:.3g}, but about {sheet.prior.value:.3g} "
-            "is usual: check peak or RMS, and the acceleration, or give `q`"
+            f"has a quality factor of {values['quality']:.3g} in place of about "
+            f"{sheet.prior.value:.3g}, as is usual: check peak or RMS, and the acceleration, or give `q`"
         )
     return (
         f"`{name}` must be possible for one linear device with all these numbers, but the "

@@ -1,6 +1,6 @@
 """The unknowns of a recording: the excitation beyond half its sampling rate, and between its end and its beginning.
 
-For a record that was drawn from a tabulated density it is the excitation between its lines.  All
+For a record that was drawn from a tabulated PSD it is the excitation between its lines.  All
 are weighed by the response of the linear equations, E[V^2] = sum of |H|^2 p over the lines p of the
 record.
 """

@@ -1,6 +1,6 @@
-"""E[x^2] and E[V^2] of the linear equations under shaking that is not white: sums over lines, integrals over densities.
+"""E[x^2] and E[V^2] of the linear equations under non-white excitation: sums over lines, integrals over densities.
 
-    lines     a harmonic drive, a record    sum of |H|^2 p over their frequencies and powers
+    lines     a harmonic excitation, a record    sum of |H|^2 p over their frequencies and powers
     density   coloured, band-pass, table    integral of |H|^2 G df,  G one-sided
 
 The integral is over u = ln f, in which power laws are exponentials, by Gauss and Legendre on panels

@@ -1,11 +1,11 @@
-"""Single points of a data sheet: a voltage without load, or a power at a load, at an acceleration of the base.
+"""Single points of a datasheet: a voltage without load, or a power at a load, at an acceleration of the base.
 
     theta/Cp a / |w_oc^2 - w^2 + i c w| = V      at its largest, near w_oc, with c = w_sc/Q
     |V|^2/(2 R) = P                              at the frequency of the most power
 
-Each point replaces one quantity that a data sheet leaves out: the coupling theta first, then the damping,
-then the mass.  Both are of the linear device at its own best frequency, as makers measure them;
-voltages and accelerations are peaks unless they are written with "rms" or "pp".
+Each point replaces one quantity that a datasheet leaves out: the coupling theta first, then the
+damping, then the mass.  Both are of the linear device at its own best frequency, as makers measure
+them; voltages and accelerations are peaks unless they are written with "rms" or "pp".
 """
 
 import math
@@ -139,7 +139,7 @@ def _quantity(name: str, text: str, kind: Kind) -> float:
 
 @dataclass(frozen=True)
 class PointValues:
-    """Values by the fields of a data sheet, and whether others give the same point."""
+    """Values by the fields of a datasheet, and whether others give the same point."""
 
     values: dict[str, float]
     ambiguous: bool

@@ -1,10 +1,10 @@
-"""The stationary mean square of linear equations, to rounding, under all shaking that a scene may have.
+"""The stationary mean square of linear equations, to rounding, under all excitation that a scene may have.
 
 White noise adds N1 times the response to noise of intensity 1 (`harvester.linear.transfer`), other
-shaking its own (`harvester.linear.shaking`).  Noise on the stiffness is white noise of intensity N2
-E[x^2], independent of the rest:
+excitation its own (`harvester.linear.shaking`).  Noise on the stiffness is white noise of intensity
+N2 E[x^2], independent of the rest:
 
-    N = N1 + N2 E[x^2],   E[x^2] = N X + E[x^2 of other shaking]
+    N = N1 + N2 E[x^2],   E[x^2] = N X + E[x^2 of other excitation]
 
 with X that of intensity 1, so that N2 X < 1 or the mean square grows; correlated noise adds N12
 E[x] = 0.

@@ -158,7 +158,8 @@ def first_harmonic(values: Floats, angles: Floats) -> complex:
 def phase_to_base(amplitude: complex, eqs: Equations, physical: bool) -> float:
     """The phase of a first harmonic to the base's acceleration in degrees, above -180 and up to 180.
 
-    For a nondimensional scene that to the drive, drive cos(W t), which is the force on the mass.
+    For a nondimensional scene that to the excitation, drive cos(W t), which is the force on the
+    mass.
     """
     sign = (1.0 if (eqs.drive or 0.0) >= 0.0 else -1.0) * (-1.0 if physical else 1.0)
     angle = math.degrees(cmath.phase(sign * amplitude))

@@ -105,6 +105,17 @@ AUTOMATIC = AutomaticProgress()
 
 
 @contextmanager
+def called(study: str) -> Iterator[None]:
+    """Give the bar the name of a study; a study inside another one leaves it the outer name."""
+    outer = AUTOMATIC.what
+    AUTOMATIC.what = outer or study
+    try:
+        yield
+    finally:
+        AUTOMATIC.what = outer
+
+
+@contextmanager
 def reporting(
     progress: ProgressCallback | bool | None, what: str
 ) -> Iterator[ProgressCallback | None]:
@@ -121,9 +132,5 @@ def reporting(
     elif progress is False or not shows_bars():
         yield None
     else:
-        AUTOMATIC.what = what
-        try:
-            with working(AUTOMATIC):
-                yield AUTOMATIC.step
-        finally:
-            AUTOMATIC.what = ""
+        with called(what), working(AUTOMATIC):
+            yield AUTOMATIC.step

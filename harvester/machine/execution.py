@@ -1,16 +1,17 @@
 """How a study is carried out, apart from its computation: by whom, into which folder, and with which reports."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine import files
-from harvester.machine.automatic import AUTOMATIC
-from harvester.machine.progress import NO_PROGRESS, Progress
+from harvester.machine.automatic import AUTOMATIC, called
+from harvester.machine.progress import NO_PROGRESS, Progress, working
 
 MOST_WORKERS = 1000
 
@@ -97,3 +98,10 @@ def _listener(progress: Any) -> Progress:
 
 
 DEFAULT = Execution()
+
+
+@contextmanager
+def working_on(study: str, execution: Execution) -> Iterator[Progress]:
+    """The progress of a study, begun and in the end closed; a bar has the name of the study."""
+    with called(study), working(execution.progress) as progress:
+        yield progress

@@ -124,7 +124,7 @@ def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "o
         this_system.flush_folder(path.parent)
     except OSError as error:
         raise InputError(
-            f"`{argument}` must take {path.name}, but writing failed: {error.strerror}"
+            f"`{argument}` must accept {path.name}, but writing failed: {error.strerror}"
         ) from None
     finally:
         if beside is not None:

@@ -1,4 +1,4 @@
-"""The mechanics: the step of the coupled equations, compiled, for many trajectories or one path."""
+"""The mechanics: the step of the coupled equations, compiled, for many trajectories or one trajectory."""
 
 import importlib
 import sys

@@ -12,8 +12,8 @@ three periods.
 
 For a state y only the slow parts ``slow`` @ y count in a residual, and each group of them relative
 to its size; the rest (nodes between diodes, say) follows.  If the way ends, the change in one
-period of a store that holds the energy of many is reported relative to the flow through it
-in one, for so far is its state from the fixed point's, relative to its size.  The remainder of
+period of a storage capacitor that holds the energy of many is reported relative to the flow through
+it in one, for so far is its state from the fixed point's, relative to its size.  The remainder of
 the way is estimated by the next step of the same rule.
 
 That step leads only along the last periods.  For a change f(y) - y in any other direction nothing
@@ -36,7 +36,7 @@ from harvester.equations.bounds import growth_near
 from harvester.equations.coefficients import Equations
 from harvester.errors import CircuitError
 
-MULTIPLES = 8  # periods of the drive that a periodic response may take
+MULTIPLES = 8  # periods of the excitation that a periodic response may take
 FIRST = 4  # oscillations of the mass from rest before the way is shortened
 # the same of a mass that is not linear; times so many at most, until it is near a response
 LONGEST_WAY, WANDERS = 60, 5
@@ -71,7 +71,7 @@ QUIETER = 0.1
 
 
 def periods_to_settle(eqs: Equations, turns: int) -> float:
-    """Times ``turns`` periods of the drive that small motions of the mass last: 1/(1 - e^-q) if these leave e^-q.
+    """Times ``turns`` periods of the excitation that small motions of the mass last: 1/(1 - e^-q) if these leave e^-q.
 
     If they do not die out, it is `LONGEST`.
     """
@@ -83,7 +83,7 @@ def periods_to_settle(eqs: Equations, turns: int) -> float:
 
 
 def periods_that_hold(oscillations: float, period: float, least: int = 1) -> int:
-    """How many periods of the drive hold so many oscillations of the mass, at least ``least``."""
+    """How many periods of the excitation hold so many oscillations of the mass, at least ``least``."""
     return max(math.ceil(oscillations * min(2.0 * math.pi / period, 1.0)), least)
 
 
@@ -140,8 +140,8 @@ class Settling:
     part of it that is not believed.  The last slow part, squared and times ``stored``, is an energy
     in units of the first mean over a period; ``swing`` @ means, shape (n,), are squares of sizes
     over a period, which at a state near 0 count in place of those of the state; ``slowest`` is the
-    number of periods that the slowest mode needs, apart from a store; ``probed`` whether each slow
-    part was moved.
+    number of periods that the slowest mode needs, apart from a storage capacitor; ``probed``
+    whether each slow part was moved.
     """
 
     turn: Turn
@@ -165,11 +165,11 @@ class Settling:
         return float(np.linalg.norm(self._weights() * change))
 
     def residual_norm(self, residual: Floats) -> float:
-        """The size of the slow part of f(y) - y, shape (n,), of which that of a store counts by the flow through it."""
+        """The size of the slow part of f(y) - y, shape (n,), of which that of storage counts by the flow through it."""
         return float(np.linalg.norm(self._weights(flow=True) * residual))
 
     def _weights(self, flow: bool = False) -> Floats:
-        """One over the size of each slow part's group, or in the last place, over the flow through a store."""
+        """One over the size of each slow part's group, or in the last place, over the flow through storage."""
         square = (self.slow @ self.state) ** 2
         sizes = np.sqrt([square[self.groups == group].sum() for group in self.groups])
         if self.swing is not None and len(self.means):

@@ -50,8 +50,8 @@ class PathRecord(NamedTuple):
 def _trace(s, room, noise, shaking, h, stride, record, mu, update, c, load, goes_on):
     """Fill a `PathRecord` from the state s on: number of impacts, their energy, and the last state.
 
-    A path that ``goes_on`` begins after a kick; any other with half a kick, the force of the first
-    half step.
+    A trajectory that ``goes_on`` begins after a kick; any other with half a kick, the force of the
+    first half step.
     """
     whole, half = drifts(h, mu, update)
     count = 0
@@ -199,9 +199,9 @@ def follow(
     update: Update = EXACT,
     goes_on: bool = False,
 ) -> Path:
-    """The path from a state ``start`` with a load as kernels receive it; see `trace`.
+    """The trajectory from a state ``start`` with a load as kernels receive it; see `trace`.
 
-    Raises InputError for a start behind a stop, and random shaking without ``shaking``.
+    Raises InputError for a start behind a stop, and random excitation without ``shaking``.
     """
     mechanics = mechanics_of(eqs)
     meets = mechanics.contact(start)
@@ -263,10 +263,10 @@ def trace(
     `harvester.mechanics.kernels.forcing.forcing`. With ``ngspice_rule`` the resistor follows
     ngspice's integration rule, from rest (`harvester.mechanics.kernels.ngspice_rule`).
 
-    Without noise the path is of second order in h (against a compliant stop only if h resolves the
-    contact: else of first). With noise, variate k belongs to the time from (k - 1) h to k h while
-    its kick comes at k h, half a step late: paths of different steps on one refined noise are
-    compared at equal k h, and a start other than rest is half a step early.
+    Without noise the trajectory is of second order in h (against a compliant stop only if h
+    resolves the contact: else of first). With noise, variate k belongs to the time from (k - 1) h
+    to k h while its kick comes at k h, half a step late: trajectories of different steps on one
+    refined noise are compared at equal k h, and a start other than rest is half a step early.
 
     Raises InputError for a start behind a stop, and coloured noise without ``shaking``.
     """

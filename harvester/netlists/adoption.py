@@ -312,7 +312,7 @@ def _on_capacitors(capacitors: Sequence[Element], capacitance: str) -> Iterator[
 def _on_roles(
     resistor: Element, load: str | None, kept: Element | None, store: str | None
 ) -> Iterator[Diagnostic]:
-    """Remarks on a load and a store that nobody named."""
+    """Remarks on a load and a storage capacitor that nobody named."""
     if load is None:
         yield note("deck_load", element=resistor.name)
     if store is None and kept is not None:

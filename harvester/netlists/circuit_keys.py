@@ -14,7 +14,7 @@ KINDS = "rclvi"  # whose values are parameters by their elements' names
 class CircuitKeys:
     """The keys that a scene may set in a load circuit: parameters of its header, and ``elements`` that are numbers.
 
-    For a flat netlist the load is R and the store is C.
+    For a flat netlist the load is R and the storage capacitor is C.
     """
 
     def __init__(self, body: Body, board: Board) -> None:

@@ -1,4 +1,4 @@
-"""The load and the store of a deck: elements of the board, not of a measurement of the piezo's own model."""
+"""The load and the storage of a deck: elements of the board, not of a measurement of the piezo's own model."""
 
 from collections.abc import Callable, Sequence
 from typing import TypeVar
@@ -36,7 +36,7 @@ def store_of(
     file: str,
     load: Element,
 ) -> Element | None:
-    """The store: the element ``given``, one by its name, or the largest capacitor across the load.
+    """The storage capacitor: the element ``given``, one by its name, or the largest capacitor across the load.
 
     Raises as `load_of`, but it is None without one.
     """
@@ -47,9 +47,9 @@ def store_of(
 
 
 def _refuse_named(what: str, measured: Sequence[ModelReaders]) -> None:
-    """Raise InputError if a measurement acts on an element with a name of a load or a store.
+    """Raise InputError if a measurement acts on an element with a name of a load or a storage capacitor.
 
-    A store is across a resistor; another capacitor, as that of a filter, only measures.
+    A storage capacitor is across a resistor; another capacitor, as that of a filter, only measures.
     """
     for group in measured:
         resistors = [_nets_of(each) for each in group.elements if each.kind == "r"]
@@ -81,7 +81,7 @@ def _on_board(
 def _named(
     elements: Sequence[Element], letter: str, given: str | None, what: str, file: str
 ) -> Element | None:
-    """The load or the store: as given, by its name, or the only one of its kind; None otherwise."""
+    """The load or the storage capacitor: as given, by its name, or the only one of its kind; None otherwise."""
     there = {element.name.lower(): element for element in elements if element.kind == letter}
     if given is not None:
         if given.lower() not in there:
@@ -111,7 +111,7 @@ def _find_load(elements: Sequence[Element], given: str | None, file: str) -> Ele
 def _find_store(
     elements: Sequence[Element], given: str | None, file: str, load: Element
 ) -> Element | None:
-    """The store: one by its name, or the largest capacitor across the load; None without one."""
+    """The storage capacitor: one by its name, or the largest capacitor across the load; None without one."""
     if (named := _named(elements, "c", given, "store", file)) is not None:
         return named
     capacitors = (element for element in elements if element.kind == "c")

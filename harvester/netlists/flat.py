@@ -3,8 +3,8 @@
 A flat netlist has no subcircuit around it, its nets are named as KiCad does (``/PZ_P``,
 ``Net-_D1-K_``), and it has a ground of its own, which is not an electrode of the piezo.  The user
 states which two nets the piezo is soldered to, which resistor is the load, which capacitor the
-store, and which nets a supply feeds.  Node 0 of the board, also in vendors' parts, is a node of the
-whole circuit like any other, unless the piezo is soldered to it.
+storage capacitor, and which nets a supply feeds.  Node 0 of the board, also in vendors' parts, is a
+node of the whole circuit like any other, unless the piezo is soldered to it.
 
 Source of the form: the SPICE netlists that KiCad 6 to 8 export, and the ngspice manual, chapter 2.
 """

@@ -1,12 +1,12 @@
 """Load circuits: the files of netlists/ and users' own, read and checked, and never trusted.
 
-A load circuit is a subcircuit of two terminals, the piezo's electrodes, with named parameters and a resistor called
-Rload, whose power is that of the load; node 0 is ground.  The rest of a file is a bench for running
-it by hand (``ngspice -b``).  In a flat netlist it is the part outside of subcircuits
-(`harvester.netlists.flat`).  Nothing of the text reaches ngspice: its lines are written from the
-elements that were understood.
+A load circuit is a subcircuit of two terminals, the piezo's electrodes, with named parameters and a
+resistor called Rload, whose power is that of the load; node 0 is ground.  The rest of a file is a
+bench for running it by hand (``ngspice -b``).  In a flat netlist it is the part outside of
+subcircuits (`harvester.netlists.flat`).  Nothing of the text reaches ngspice: its lines are written
+from the elements that were understood.
 
-Long because a load circuit and the checks of its load are read in one go.
+Long because a load circuit and the checks of its load are read together.
 """
 
 import os
@@ -321,7 +321,7 @@ def _check_terminals(path: Path, parts: Iterable[CircuitPart], body: Body) -> No
 def _check_roles(
     path: Path, parts: Sequence[CircuitPart], body: Body, values: Mapping[str, float]
 ) -> None:
-    """Refuse a load or a store that would give power, and a load that is not a resistor."""
+    """Refuse a load or a storage capacitor that would give power, and a load that is not a resistor."""
     elements = {element.name.lower(): element for element in body.elements}
     spelled = {key.lower(): f"load.parameters.{key}" for key in values}
     there = by_name(parts)

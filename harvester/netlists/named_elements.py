@@ -18,7 +18,7 @@ def check_names(parts: Sequence[CircuitPart]) -> None:
         elif any(other not in there or there[other].kind != "v" for other in part.others):
             raise InputError(
                 f"{part.where} must name a voltage source, of 0 V in series, of its subcircuit, but "
-                f"{part.others[0]!r} is none"
+                f"{part.others[0]!r} is not one"
             )
         if part.value is not None:
             _check_function(part, part.value, there, nodes)
@@ -31,7 +31,7 @@ def _check_coupling(
     for other in part.others:
         if other not in there or there[other].kind != "l" or there[other].form:
             raise InputError(
-                f"{part.where} must couple two inductors of its subcircuit, but {other!r} is none"
+                f"{part.where} must couple two inductors of its subcircuit, but {other!r} is not one"
             )
         if {"m", "scale"} & there[other].options.keys():
             raise InputError(
@@ -55,11 +55,11 @@ def _check_function(
             leaf.names[0] in there and has_current(there[leaf.names[0]])
         ):
             what = "name a voltage source or an inductor of its subcircuit"
-            raise InputError(f"{part.where} must {what}, but {leaf.names[0]!r} is none")
+            raise InputError(f"{part.where} must {what}, but {leaf.names[0]!r} is not one")
     if missing := sorted(part.nodes_read - nodes):
         node = missing[0].removeprefix(INSIDE)
         raise InputError(
-            f"{part.where} must read nodes that elements are connected to, but {node!r} is none"
+            f"{part.where} must read nodes that elements are connected to, but {node!r} is not one"
         )
 
 

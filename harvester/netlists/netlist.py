@@ -81,7 +81,7 @@ class Body:
         return id(self)
 
     def add(self, line: Line) -> None:
-        """Add a line that is no card of the bench."""
+        """Add a line other than a card of the bench."""
         where = f"netlist {line.where}"
         if line.word == ".model":
             if (name := model_name(line)) in self.cards:
@@ -133,7 +133,7 @@ def read_netlist(
     root: Path | None = None,
     text: str | None = None,
 ) -> ParsedNetlist:
-    """The netlist of a file with what it includes, and with the parts of a ``library`` (a folder) that it may name.
+    """The netlist of a file with its included files, and with the parts of a ``library`` (a folder) that it may name.
 
     ``board`` states that the elements outside of subcircuits are the circuit; else they are a
     bench, which stays out.  Included files are below the folder ``root``; default: that of the

@@ -156,7 +156,7 @@ def _of_value(part: CircuitPart, name: str, capacitance: float | None) -> Diagno
 
 
 def _antiparallel(parts: Sequence[CircuitPart]) -> Iterator[Diagnostic]:
-    """A warning of two diodes from an electrode to the store in both directions."""
+    """A warning of two diodes from an electrode to the storage capacitor in both directions."""
     diodes = [part for part in parts if part.kind == "d"]
     store = next((set(part.nodes) for part in parts if part.name == "csmooth"), set())
     for k, first in enumerate(diodes):
@@ -170,8 +170,8 @@ def _antiparallel(parts: Sequence[CircuitPart]) -> Iterator[Diagnostic]:
 def _without_return(parts: Sequence[CircuitPart], names: Mapping[str, str]) -> Iterator[Diagnostic]:
     """A warning of diodes that no direct current can pass, as the piezo and capacitors block it on its way back.
 
-    The mean currents of a periodic response circulate through all elements but capacitors, so that a diode
-    passes one only if its cathode leads back to its anode.
+    The mean currents of a periodic response circulate through all elements but capacitors, so that
+    a diode passes one only if its cathode leads back to its anode.
     """
     ways = _ways(parts)
     diodes = [part for part in parts if part.kind == "d"]

@@ -95,7 +95,7 @@ class Scope:
         if (model := self.body.model(name)) is None:
             if self.whole is None:
                 raise InputError(
-                    f"{element.where} must name a model of the netlist, but {shown(name)} is none"
+                    f"{element.where} must name a model of the netlist, but {shown(name)} is not one"
                 )
             return self.whole.model(name, element)
         where = f"model {name} of netlist {model.line.where}"

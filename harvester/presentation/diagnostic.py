@@ -26,7 +26,7 @@ class Diagnostic:
 
     >>> from harvester.presentation.diagnostic import note
     >>> str(note("open_circuit")), note("open_circuit").severity
-    ('open circuit: V keeps the offset that it started with, and takes no power', 'note')
+    ('open circuit: V keeps its initial offset, and the load power is zero', 'note')
     """
 
     code: str

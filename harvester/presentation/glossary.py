@@ -2,9 +2,9 @@
 
 A result's field is shown by its name's term here.  ``kind`` is an attribute of
 `harvester.presentation.answer_units.AnswerUnits`, so that the unit is that of the scene; "clock" is
-a computing time, always in seconds; "share" is shown in per cent; "parameter" is a share that only
-scales the error of a formula, shown with two digits; "names" are effects, shown in words; "" is a
-number without a unit.
+a computing time, always in seconds; "share" is shown in per cent; "parameter" is a fraction that
+only scales the error of a formula, shown with two digits; "names" are effects, shown in words; ""
+is a number without a unit.
 """
 
 from dataclasses import dataclass
@@ -423,7 +423,7 @@ GLOSSARY = _terms(
 )
 
 
-LEDGER = "ledger_"  # before the names of mean powers of the energy ledger
+LEDGER = "ledger_"  # before the names of mean powers of the energy balance
 
 
 def term(name: str) -> Term:

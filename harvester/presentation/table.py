@@ -84,7 +84,7 @@ class Column:
         }
 
     def shown(self) -> dict[str, list[str]]:
-        """Its cells as people read them, and behind values their whole errors at 95 %."""
+        """Its cells as people read them, and behind values their total errors at 95 %."""
         units = self.units or [self.unit] * len(self.cells)
         clock = term(self.name).kind == "clock"
         texts = [_shown(cell, unit, clock) for cell, unit in zip(self.cells, units, strict=True)]
@@ -252,7 +252,7 @@ def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterato
 
 
 def error_in_percent(cell: Cell) -> str:
-    """The whole error of a value at 95 % in percent of it, or that a part of it is not known."""
+    """The total error of a value at 95 % in percent of it, or that a part of it is not known."""
     if not isinstance(cell, Value) or cell.value == 0.0:
         return ""
     if cell.error95 is not None:

@@ -1,4 +1,4 @@
 """The files of loggers and analysers: CSV files read, cleaned and described.
 
-Shaking by the name of a profile.
+Excitation by the name of a profile.
 """

@@ -1,4 +1,4 @@
-"""A logger's record made clean: one axis at even times, without offset and drift.
+"""A logger's recording made clean: one axis at even times, without offset and drift.
 
 The findings are reported.
 
@@ -31,12 +31,13 @@ from harvester.records.record_columns import (
 from harvester.records.record_facts import NO_FACTS, AskedError, RecordFacts
 from harvester.records.record_times import FEWEST, ascending, even, joined, longest_part, recordings
 from harvester.records.standstill import Standstill, standstill
+from harvester.uncertainty.value import in_percent
 
 MOST_CLIPPED = 0.01  # of all samples
 CLIPPED_RUN = 3  # equal samples at an end of the range that are a clipped one
 # of the resolution: a run that the signal comes to by less may be its own rounded crest
 STEPS = 2.5
-# from this share of half the rate on, this share of the power is much
+# from this share of half the rate on, this fraction of the power is much
 NEAR_NYQUIST, LOUD = 0.8, 0.1
 
 
@@ -222,8 +223,8 @@ def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:
         warnings.append(warning("perhaps_clipped", samples=int(crests)))
     if share > MOST_CLIPPED:
         raise InputError(
-            f"FILE must not be clipped, but {share:.1%} of its samples are constant at the end of the range, "
-            f"{np.abs(known).max():.4g} m/s^2: record it again with a wider range"
+            f"FILE must not be clipped, but {in_percent(share, '.1f')} of its samples are constant at the end of "
+            f"the range, {np.abs(known).max():.4g} m/s^2: record it again with a wider range"
         )
     if clipped:
         warnings.append(warning("clipped", samples=int(clipped)))

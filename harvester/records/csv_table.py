@@ -206,7 +206,7 @@ def table_of(form: Layout, text: str, path: str | Path, argument: str) -> CsvTab
             f"{argument} must have names of columns of at most {LONGEST_HEAD} letters, but one has {len(long[0])}"
         )
     if not (form.words or form.joined or form.labelled):
-        try:  # nothing but numbers, as most files have, a tenth as dear
+        try:  # nothing but numbers, as most files have, a tenth as expensive
             frame = _frame(form, text, dtype=float, decimal=form.decimal)
             if np.isfinite(frame.to_numpy()).all():
                 every = zip(form.heads, form.units, frame.to_numpy().T.copy(), strict=True)

@@ -1,4 +1,4 @@
-"""Recorded shaking from CSV files: which columns are the time, the acceleration, the frequency and the density.
+"""Recorded excitation from CSV files: which columns are the time, the acceleration, the frequency and the density.
 
 The header names the columns with their units, in any order: ``time (s),acceleration (g)`` at equal
 time steps, or ``frequency (Hz),psd (g^2/Hz)``, one-sided.  Other spellings are also read

@@ -1,4 +1,4 @@
-"""The times of a logger's record made even: the number of each row's sample, and gaps of a few samples filled.
+"""The times of a logger's recording made even: the number of each row's sample, and gaps of a few samples filled.
 
 A logger samples evenly and stamps when it gets to it: its times jitter, and are rounded.  If
 samples are missing the times of all later rows are late, if a row was written twice they are
@@ -15,6 +15,7 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, invalid
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.records.record_facts import AskedError
+from harvester.uncertainty.value import in_percent
 
 FEWEST = 16  # rows of a record
 SMOOTH_GAP = 2  # samples in a row up to which a spline goes through; a longer gap it may overshoot
@@ -157,9 +158,10 @@ def even(time: Floats, values: Floats, notes: list[Diagnostic]) -> tuple[float, 
     if longest > LONGEST_GAP or lost > MOST_FILLED * len(values):
         at = spacing * (indices[gaps.argmax()] - numbers[0])
         raise AskedError(
-            f"FILE must have no gap of more than {LONGEST_GAP} samples and no more than {MOST_FILLED:.0%} missing, but "
-            f"{lost} are missing, {longest} at {at:.6g} s from the beginning: `longest` uses the longest part without "
-            "such a gap, `from` and `to` another one, `join` all of them",
+            f"FILE must have no gap of more than {LONGEST_GAP} samples and no more than "
+            f"{in_percent(MOST_FILLED, '.0f')} missing, but {lost} are missing, {longest} at {at:.6g} s from "
+            "the beginning: `longest` uses the longest part without such a gap, `from` and `to` "
+            "another one, `join` all of them",
             "longest",
         )
     if not lost:

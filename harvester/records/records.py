@@ -1,4 +1,4 @@
-"""Recorded shaking: an acceleration over time, or a table of its density over frequency.
+"""Recorded excitation: an acceleration over time, or a table of its density over frequency.
 
 `harvester.records.record_files` reads them.  Between its points a density is a straight line in
 log-log; next to a 0, which has no logarithm, it is one in the density itself.
@@ -207,7 +207,7 @@ class TabulatedDensity:
             raise InputError(
                 "excitation.acceleration_psd_file must have no band, and the device no resonance, so narrow that "
                 f"{LINES:g} lines in it need more than {MOST_SAMPLES} steps, but these need {count} of {h:.2g}/w0: "
-                "give a longer `dt`, a larger `within`, or for shaking of one frequency an acceleration_amplitude"
+                "give a longer `dt`, a larger `within`, or for excitation at one frequency an acceleration_amplitude"
             )
         lines = np.arange(1, (count + 1) // 2)
         powers = np.diff(self.below(np.append(0.0, lines + 0.5) / (count * h)))
@@ -226,9 +226,10 @@ class TabulatedDensity:
 def whole_period(values: Floats) -> Floats | None:
     """The samples of one period if a record holds whole periods, else None.
 
-    The last sample is either the one before the first, or the first again.  Across the join the fourth differences,
-    which see a jump of the value, slope or curvature, must be no larger than inside.  A record so rough that they
-    are large everywhere cannot show that it is periodic, nor can one whose ends are so quiet that others would join.
+    The last sample is either the one before the first, or the first again.  Across the join the
+    fourth differences, which see a jump of the value, slope or curvature, must be no larger than
+    inside.  A record so rough that they are large everywhere cannot show that it is periodic, nor
+    can one whose ends are so quiet that others would join.
     """
     inside = np.abs(np.diff(values, 4))
     if not inside.std() < SMOOTH * values.std():

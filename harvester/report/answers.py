@@ -34,8 +34,8 @@ def of_run(
 ) -> Page:
     """The page of one engine's answer: its errors, the effects of the scene, and the command that repeats it.
 
-    ``largest`` are the largest values over a lifetime and ``sensitivity`` the elasticities of the
-    power, if requested;
+    ``largest`` are the largest values over a lifetime and ``sensitivity`` the normalised
+    sensitivities of the power, if requested;
     ``prediction`` is that of a real device.
     """
     problem = Problem.of(scene)
@@ -49,7 +49,7 @@ def of_run(
         *_largest(largest),
     ]
     if sensitivity is not None:
-        caption_of = "Elasticity of the mean power in each key, the largest first"
+        caption_of = "Normalised sensitivity of the mean power in each key, the largest first"
         said = signs("; ".join(map(str, sensitivity.diagnostics)))
         tables.append(replace(text_table(sensitivity.table), caption=caption_of, note=said))
     if prediction is not None:
@@ -84,7 +84,7 @@ def _largest(extremes: Extremes | None) -> list[TextTable]:
 def of_comparison(
     scene: Scene | Problem, result: Comparison, seed: int, largest: Sequence[Extremes] = ()
 ) -> Page:
-    """The page of all engines side by side, with z-scores, refusals, and the statements of the paths.
+    """The page of all engines side by side, with z-scores, refusals, and the statements of the trajectories.
 
     ``largest`` are the largest values over a lifetime, by each method.
     """
@@ -93,7 +93,7 @@ def of_comparison(
         result.plot(None),
         "Mean power: " + "; ".join(_spoken(e) for e in result.estimates),
         "Mean power of each engine with its error."
-        + (" Below, the voltage of one path from three sources." if result.paths else ""),
+        + (" Below, the voltage of one trajectory from three sources." if result.paths else ""),
     )
     section = Section(
         "Engines side by side",

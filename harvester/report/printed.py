@@ -39,15 +39,17 @@ def of_response(scene: Scene | Problem, answer: FrequencyResponses, seed: int) -
 
 
 def of_motion(scene: Scene | Problem, answer: Motion, seed: int) -> Page:
-    """The page of one path: its figure, and the range of each of its quantities."""
-    caption = "The end of one path over time, its phase plane, and the frequency of each value."
+    """The page of one trajectory: its figure, and the range of each of its quantities."""
+    caption = (
+        "The end of one trajectory over time, its phase plane, and the frequency of each value."
+    )
     kind = f"motion, engine {answer.engine}"
     return of_result(scene, kind, answer, caption, (answer.ranges,), seed=seed)
 
 
 def of_charge(scene: Scene | Problem, answer: ChargingResult, seed: int) -> Page:
     """The page of a storage capacitor that charges: the time to the target, and time and power to each level."""
-    caption = "The voltage from empty, the share of runs that have been at the target, and the power into the store."
+    caption = "The voltage from empty, the fraction of runs that have been at the target, and the charging power."
     kind = f"charge, engine {answer.engine}"
     return of_result(scene, kind, answer, caption, (answer.ladder,), seed=seed)
 
@@ -116,7 +118,7 @@ def of_tolerance(scene: Scene | Problem, answer: ToleranceResult, seed: int) -> 
     """The page of how power scatters over devices: quantiles, yield, the keys' bars and shares, and the error."""
     caption = (
         "The distribution of the devices' power. Below, its 5 to 95 % range with one key alone, and that key's "
-        "share of the variance."
+        "fraction of the variance."
     )
     kind = f"tolerance, engine {answer.engine}"
     count = len(answer.power)

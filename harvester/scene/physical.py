@@ -52,7 +52,8 @@ FILES = ("acceleration_file", "acceleration_psd_file")  # keys of the excitation
 class Oscillator(SceneTable):
     """Mass, spring and damper of the harvester, in coordinates relative to the base.
 
-        mass X'' + (damping + damping_x2 X^2 + damping_x4 X^4 + damping_v |X'|) X' + F(X) = -mass a(t) - theta v
+        mass X'' + (damping + damping_x2 X^2 + damping_x4 X^4 + damping_v |X'|) X' + F(X) = -mass
+        a(t) - theta v
 
         F(X) = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3 - ceramic_softening X |X|
 
@@ -289,7 +290,7 @@ class Excitation(SceneTable):
     ``correlation_time`` T it is coloured, with the density G/(1 + (2 pi f T)^2); with
     ``centre_frequency`` and ``bandwidth`` it is band-limited, with the density at the centre of the
     band. ``acceleration_amplitude`` and ``frequency`` are a harmonic excitation, alone or with
-    noise. A recording (``acceleration_file``), a tabulated density (``acceleration_psd_file``) and
+    noise. A recording (``acceleration_file``), a tabulated PSD (``acceleration_psd_file``) and
     a ``profile`` can also be combined with white noise. ``stiffness_noise`` is parametric white
     noise (N2, a number).
 

@@ -75,7 +75,7 @@ class Storage(SceneTable):
 
 
 def _check_store(store: Storage) -> None:
-    """Refuse a store that is neither a capacitor nor a battery, or lacks half of its keys."""
+    """Refuse a storage capacitor that is neither a capacitor nor a battery, or lacks half of its keys."""
     if (store.capacitance is None) == (store.battery_voltage is None):
         has = "neither is" if store.capacitance is None else "both are"
         raise InputError(
@@ -259,7 +259,7 @@ def _check_durations(node: SensorNode) -> None:
 class HarvestingChip(SceneTable):
     """The converter between the rectifier and the storage: a chip by its name, or one of your own.
 
-    Keys next to a ``name`` replace the values of the chip's data sheet.  With an
+    Keys next to a ``name`` replace the values of the chip's datasheet.  With an
     ``input_ratio`` the chip holds the rectifier's output at that part of its voltage without load,
     and charges the storage from there; without one the storage is at its input.  The output feeds
     the node from the start voltage of the storage on, until the stop voltage.
@@ -315,12 +315,12 @@ class HarvestingChip(SceneTable):
 
 
 def check_store_at_input(chip: HarvestingChip) -> None:
-    """Refuse keys of a charging converter for a chip whose store is at its input."""
+    """Refuse keys of a charging converter for a chip whose storage capacitor is at its input."""
     for key in ("efficiency", "efficiency_table", "full_voltage"):
         if getattr(chip, key) is not None:
             kind = "a chip of your own" if chip.name is None else f"chip {chip.name!r}"
             raise InputError(
-                f"chip.{key} must be left out for {kind} without input_ratio, whose store is "
+                f"chip.{key} must be left out for {kind} without input_ratio, whose storage is "
                 "at its input, but is given: output_efficiency is that of its output"
             )
 
@@ -331,7 +331,7 @@ def check_node(
     netlist: str | None,
     chip: HarvestingChip | None = None,
 ) -> None:
-    """Refuse a node without a store, or without a netlist that rectifies, and a chip without a node."""
+    """Refuse a node without a storage capacitor, or without a netlist that rectifies, and a chip without a node."""
     if chip is not None and node is None:
         raise InputError("[node] must be given with [chip], but the table is missing")
     if node is not None and storage is None:

@@ -1,1 +1,1 @@
-"""The slow side: a store that charges over many vibrations, to which the rectifier's mean current matters."""
+"""The slow side: storage that charges over many vibrations, to which the rectifier's mean current matters."""

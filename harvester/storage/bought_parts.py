@@ -1,4 +1,4 @@
-"""Parts that can be bought, which `harvester design` chooses from: coils, and harvesting chips, with their sources.
+"""Parts that can be bought, which `harvester design` chooses from: inductors, and harvesting chips, with their sources.
 
 Their numbers are in netlists/parts/bought_parts.toml, or in the netlist that is a chip's referee.
 """
@@ -15,7 +15,7 @@ from harvester.scene.load import Load
 
 @dataclass(frozen=True)
 class BoughtCoil:
-    """A coil: inductance (H), resistance of its wire (ohm), current (A) at saturation, and its least quality factor.
+    """Inductor: inductance (H), resistance of its wire (ohm), current (A) at saturation, and its least quality factor.
 
     ``quality`` is that at ``test_frequency`` (Hz), from which the losses of the core follow.
     """
@@ -29,13 +29,13 @@ class BoughtCoil:
 
     @property
     def core_resistance(self) -> float:
-        """The resistance across an ideal coil for the core's losses (ohm): (w L)^2/(w L/Q - R)."""
+        """The resistance across an ideal inductor for the core's losses (ohm): (w L)^2/(w L/Q - R)."""
         reactance = 2.0 * math.pi * self.test_frequency * self.inductance
         return reactance**2 / max(reactance / self.quality - self.resistance, 1e-3 * reactance)
 
 
 def coil_quality(values: Mapping[str, float], capacitance: float) -> float | None:
-    """How well the coil of a circuit's ``values`` rings with a piezo of a ``capacitance`` (F); None without a coil.
+    """How well the inductor with ``values`` rings with a piezo of a ``capacitance`` (F); None without an inductor.
 
     1/Q = Rcoil sqrt(Cp/L) + sqrt(L/Cp)/Rcore, of a circuit that calls them so.
     """
@@ -47,26 +47,26 @@ def coil_quality(values: Mapping[str, float], capacitance: float) -> float | Non
 
 @dataclass(frozen=True)
 class Chip:
-    """A harvesting chip behind its bridge, by its data sheet.
+    """A harvesting chip behind its bridge, by its datasheet.
 
     A chip with a ``ratio`` holds its input at that part of the rectified voltage without load,
     between ``least`` and ``most`` (V): it looks at that every ``period`` (s), with the converter
-    off for ``look``.  It charges the store up to ``full`` (V) with efficiencies ``charging`` in
-    rows of input voltage (V), current (A) and efficiency, straight between voltages and logarithms
-    of currents.  From empty to ``hand_over`` (V) it needs ``cold_voltage`` with ``cold_efficiency``
-    if at least ``cold_power`` (W) comes.  One without a ratio has its store at the input.  The
-    output begins at ``rise`` of the store (V) and ends below ``fall``; ``own`` is the chip's own
-    current (A), and ``low_own`` that before the output begins, the same if it is 0.
-    ``efficiencies`` are those of the output over its current (A), the first also below it.
-    ``outputs`` are the output's voltages with ``rise`` and ``fall`` (V); for a chip that tracks, at
-    0, the range of its store.
+    off for ``look``.  It charges the storage capacitor up to ``full`` (V) with efficiencies
+    ``charging`` in rows of input voltage (V), current (A) and efficiency, straight between voltages
+    and logarithms of currents.  From empty to ``hand_over`` (V) it needs ``cold_voltage`` with
+    ``cold_efficiency`` if at least ``cold_power`` (W) comes.  One without a ratio has its storage
+    capacitor at the input.  The output begins at ``rise`` of the storage capacitor (V) and ends
+    below ``fall``; ``own`` is the chip's own current (A), and ``low_own`` that before the output
+    begins, the same if it is 0. ``efficiencies`` are those of the output over its current (A), the
+    first also below it. ``outputs`` are the output's voltages with ``rise`` and ``fall`` (V); for a
+    chip that tracks, at 0, the range of its storage capacitor.
 
     ``diodes`` are saturation current (A) and emission coefficient of its bridge, or of that before
     its input: a BAT54.
 
-    ``names`` are the parameters of the ``netlist`` that is the chip's referee, for the output's voltage, ``rise``,
-    ``fall`` and ``full``.  ``source`` names the sheet, and ``assumed`` unconfirmed numbers: each
-    is usual, and charging may be off by the part ``spread``.
+    ``names`` are the parameters of the ``netlist`` that is the chip's referee, for the output's
+    voltage, ``rise``, ``fall`` and ``full``.  ``source`` names the sheet, and ``assumed``
+    unconfirmed numbers: each is usual, and charging may be off by the part ``spread``.
     """
 
     outputs: dict[float, tuple[float, float]]
@@ -95,7 +95,7 @@ class Chip:
 
     @property
     def idle(self) -> float:
-        """The share of the time in which it looks."""
+        """The fraction of the time in which it looks."""
         return self.look / self.period
 
     def worse(self) -> "Chip":
@@ -114,7 +114,7 @@ class Chip:
         return replace(near, hand_over=max(self.hand_over - SHARP, 0.0))
 
     def thresholds(self, voltage: float) -> tuple[float, float] | None:
-        """Voltages of the store at which an output begins and ends; None for one that the chip does not have."""
+        """Voltages of the storage at which an output begins and ends; None for one that the chip does not have."""
         if self.ratio is None:
             return self.outputs.get(voltage)
         (low, high) = self.outputs[0.0]

@@ -17,7 +17,7 @@ from harvester.storage.slow_circuit import SlowCircuit, SlowPath
 from harvester.uncertainty.value import Value
 
 FINER = 256.0  # slow steps to a time constant of the mass
-# time constants of the mass, and times to charge the store, of the first slow run
+# time constants of the mass, and times to charge the storage capacitor, of the first slow run
 FIRST, CHARGES = 500.0, 8.0
 # relative change of the mean power from a part of the run to the next; slow steps
 SETTLED, MOST = 3e-3, 4e6
@@ -36,8 +36,8 @@ class SlowPower:
     ``changed`` is the relative change of the mean power from one part of the run to the next,
     ``separation`` the difference of the direct run over ``direct`` seconds from the slow one, which
     is added to the mean already, unless ``scales_apart`` is False.  ``load`` is that of `of_load`.
-    ``pace`` is the cost of mass and circuit together, s per simulated second of a trajectory (0: not
-    measured).
+    ``pace`` is the cost of mass and circuit together, s per simulated second of a trajectory (0:
+    not measured).
     """
 
     power: Value
@@ -113,8 +113,8 @@ class Correction(NamedTuple):
 class CheckedMean:
     """Means over a settled path, and how each of some checks changes them.
 
-    The checks run at a coarser step and tolerance, also with the path's own ``table``, so that
-    only their differences count.
+    The checks run at a coarser step and tolerance, also with the trajectory's own ``table``, so
+    that only their differences count.
     """
 
     def __init__(
@@ -143,7 +143,7 @@ class CheckedMean:
         return sum(run.steps for run in (self.path, self.base, *self._others.values()))
 
     def mean(self, integral: str) -> float:
-        """The mean rate of an integral of the path."""
+        """The mean rate of an integral of the trajectory."""
         return mean_rate(self.path, integral, self._whole)
 
     def change(self, integral: str, check: str) -> float:
@@ -199,9 +199,9 @@ def settled_path(
 
 
 def of_load(path: SlowPath) -> dict[str, float]:
-    """The share of the time that the load is on, when it is first (s), and the voltages between which the store varies.
+    """The load's duty cycle, the time (s) at which it is first on, and the range of the storage voltage.
 
-    On is above half of the load's largest voltage.  Share and voltages are those of the run but for its first quarter.
+    On is above half of the load's largest voltage.  The first quarter of the run is left out.
     """
     on = path.load > 0.5 * path.load.max()
     late = path.t > 0.25 * path.t[-1]
@@ -216,7 +216,7 @@ def of_load(path: SlowPath) -> dict[str, float]:
 
 
 def first_duration(circuit: SlowCircuit, table: RectifiedCurrent, unit: float) -> float:
-    """How long (s) the first slow run is, with a ``unit`` of the mass's time constant: some charges of the store."""
+    """How long (s) the first slow run is, with a ``unit`` of the mass's time constant: some charges of the storage."""
     farads = sum(
         1.0 / volts for name, _, _, volts in circuit.circuit.system.charges if name == STORE
     )

@@ -1,9 +1,9 @@
 """A node without mean currents: mass and rectifier with their own capacitor, in slices of a vibration.
 
-The capacitor is the store, or the one at the input of a chip that holds it.  After each slice the
-chip moves its charge by its law (`harvester.storage.bought_parts.Chip`), and the node draws its
-current.  A slow computation is compared with this, and replaced by it if a store
-is not slow compared with the vibration.
+The capacitor is the storage capacitor, or the one at the input of a chip that holds it.  After each
+slice the chip moves its charge by its law (`harvester.storage.bought_parts.Chip`), and the node
+draws its current.  A slow computation is compared with this, and replaced by it if a storage
+capacitor is not slow compared with the vibration.
 """
 
 import math
@@ -55,8 +55,8 @@ class _Tracker:
         Returns
         -------
         input_charge, storage_charge : float
-            Charge left on the input capacitor, and charge delivered to the storage (C; negative: net
-            consumption).
+            Charge left on the input capacitor, and charge delivered to the storage (C; negative:
+            net consumption).
         """
         chip = self.chip
         seen = charge / INPUT
@@ -88,7 +88,7 @@ class _Consumer:
     sent: list[float] = field(default_factory=list)
 
     def take(self, volts: float, now: float, slice_: float) -> float:
-        """The store's voltage after a slice in which it only gives."""
+        """The storage voltage after a slice in which it only gives."""
         run = self.run
         course = self.course
         rest = slice_
@@ -138,7 +138,7 @@ class _Consumer:
 
 
 def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0) -> NodeCourse:
-    """The events in a time from rest on, under a drive or white noise, with the netlist's own rectifier.
+    """The events in a time from rest on, under a harmonic excitation or white noise, with the netlist's own rectifier.
 
     Raises as `CompiledCircuit`.
     """

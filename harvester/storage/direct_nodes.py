@@ -1,8 +1,8 @@
-"""Many nodes under noise without mean currents: mass, rectifier and store together, with the node that empties it.
+"""Many nodes under noise without mean currents: mass, rectifier and storage together, with the node that empties it.
 
 The work of `harvester.storage.direct_node` for one node is done here for a batch, each on a noise
 of its own, by the rectifier of ideal elements if the netlist is one.  In each slice of a vibration
-the store gives the node its current at its voltage then.
+the storage capacitor gives the node its current at its voltage then.
 """
 
 import math
@@ -35,7 +35,7 @@ def take_slices(
     levels: Floats,
     now: float,
 ) -> None:
-    """Let nodes draw their charge of a slice from their stores at ``volts``, which is changed, shape (n,).
+    """Let nodes draw their charge of a slice from their storage capacitors at ``volts``, which is changed, shape (n,).
 
     ``records``, shape (`ROWS`, n), is their activity, with the number of a state or -1, and the
     seconds of it that are left; ``drawn`` are currents (A) at even voltages up to the top, the last
@@ -88,7 +88,8 @@ def take_slices(
 class DirectNodes(NamedTuple):
     """The activity of each of some nodes from rest in so many ``seconds``, shape (n,); ``first`` is 0 if none was sent.
 
-    ``given`` and ``clamped`` are energies (J) that came into the store, and that the clamp removed.
+    ``given`` and ``clamped`` are energies (J) that came into the storage capacitor, and that the
+    clamp removed.
     """
 
     packets: Floats
@@ -112,7 +113,8 @@ def direct_nodes(
 ) -> DirectNodes:
     """The activity of ``count`` nodes of a run from rest on, under noise, with a capacitor that a rectifier charges.
 
-    A chip is one whose store is at its input.  ``compiled``: with the netlist's own elements in any case.
+    A chip is one whose storage capacitor is at its input.  ``compiled``: with the netlist's own
+    elements in any case.
 
     Raises as `CompiledCircuit`.
     """

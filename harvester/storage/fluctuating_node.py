@@ -5,8 +5,8 @@
 S is the current's spectral density at frequency zero.  The course of the current within a window is
 not known: the change of a number by windows of twice the length, with the same charge, is its
 error. The memory of the mass fades in less than a window, and a window is short compared with the
-time that the store needs to the wake voltage.  Courses are as long as so many windows; the days
-beyond that follow the mean current (two levels): the number of long ones is
+time that the storage capacitor needs to the wake voltage.  Courses are as long as so many windows;
+the days beyond that follow the mean current (two levels): the number of long ones is
 
     E[noisy, short] + (mean current, long) - (mean current, short).
 
@@ -88,7 +88,7 @@ def noisy_course(run: NodeRun, noise: Fluctuations, k: int, seconds: float) -> N
 
 
 def spread_of(run: NodeRun, length: float) -> Floats:
-    """The standard deviation (A) of the current into a store at the run's voltages, over windows of a length (s).
+    """The standard deviation (A) of the current into storage at the run's voltages, over windows of a length (s).
 
     That of a chip which holds its input is the same part of its output as at its input.
     """

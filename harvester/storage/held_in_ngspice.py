@@ -1,10 +1,10 @@
-"""The difference of a rectifier's mean current from ngspice's while the store is held, if a netlist is a user's own.
+"""The difference of a rectifier's mean current from ngspice's while the storage is held, if a netlist is a user's own.
 
 At two voltages on the way to the working voltage the compiled rectifier and ngspice's continue from
-one state of mass and circuit, with the same shaking.  Their stores, which are so large that they
-are held, gain charges that differ by a part.  Each has its own motion; if noise throws the mass
-at a stop, paths part at impacts, and both move as the compiled rectifier lets the mass move (as
-`harvester.cosimulation.same_motion`).
+one state of mass and circuit, with the same excitation.  Their storage capacitors, which are so
+large that they are held, gain charges that differ by a part.  Each has its own motion; if noise
+throws the mass at a stop, trajectories part at impacts, and both move as the compiled rectifier
+lets the mass move (as `harvester.cosimulation.same_motion`).
 
 The netlists of this package are compared in tests, and `JUDGE` is their finding.
 """
@@ -37,11 +37,12 @@ if TYPE_CHECKING:
 
 PARTS = 0.5, 0.9  # of the working voltage
 RUNS = 8  # under noise, at each voltage; half of them where these show a difference below `JUDGE`
-# time constants of the mass, after those in which the compiled rectifier settles: under a drive,
-# and under noise, where both begin nearly settled
+# time constants of the mass, after those in which the compiled rectifier settles: under a harmonic
+# excitation, and under noise, where both begin nearly settled
 SETTLING = (3.0, 1.0)
 AVERAGED = 4.0
-# of the store, over the piezo's capacitance: more would be lost in the digits of ngspice's voltage
+# of the storage capacitor, over the piezo's capacitance: more would be lost in the digits of
+# ngspice's voltage
 HELD = 1e5
 PATIENCE = 60.0  # s, for all runs
 JUDGING = 0.3  # of what is left of a budget, for them
@@ -65,10 +66,10 @@ def error_of_circuit(
 ) -> tuple[float, str]:
     """Relative difference of a mean current from ngspice's at 95 %, and its unknown part ("": all is known).
 
-    ``volts`` is the working voltage of the store.  For this package's netlists it is `JUDGE`, and
-    no less of a user's own, whose difference is measured; that is not known if ngspice is missing,
-    gives no answer, or needs longer than `PATIENCE` or until a ``deadline`` of `time.perf_counter`.
-    For a record a ``piece`` is run.
+    ``volts`` is the working voltage of the storage capacitor.  For this package's netlists it is
+    `JUDGE`, and no less of a user's own, whose difference is measured; that is not known if ngspice
+    is missing, gives no answer, or needs longer than `PATIENCE` or until a ``deadline`` of
+    `time.perf_counter`. For a record a ``piece`` is run.
     """
     if _is_packaged(problem):
         return JUDGE, ""
@@ -146,7 +147,7 @@ def _gains(
     deadline: float,
     piece: Piece | None,
 ) -> tuple[float, float]:
-    """The voltages (V) that a held store gains in ngspice and in the compiled circuit, in this process."""
+    """The voltages (V) that a held storage capacitor gains in ngspice and in the compiled circuit, in this process."""
     from harvester.cosimulation.runs import in_ngspice, new_drive, run_in_this_process
 
     eqs = device.eqs
@@ -217,5 +218,5 @@ def _whole(duration: float, h: float, repeat: float | None) -> int:
 
 
 def held_load(load: LoadCircuit, farads: float) -> LoadCircuit:
-    """The netlist with a store of so many farads and no load; for a chip the rectifier alone."""
+    """The netlist with a storage capacitor of so many farads and no load; for a chip the rectifier alone."""
     return with_parts(load, tuple(held_rectifier(load, farads)))

@@ -1,7 +1,7 @@
 """Stores that a rectifier charges from a held voltage while the mass moves: `HeldStores.advance`.
 
-Each kind of mechanics has a class: one path under a drive or white noise, many trajectories under
-noise, or a batch of them on parts of a record.
+Each kind of mechanics has a class: one trajectory under a harmonic excitation or white noise, many
+trajectories under noise, or a batch of them on parts of a record.
 """
 
 import math
@@ -25,9 +25,9 @@ from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Sche
 from harvester.storage.rectifier_cut import STORE
 from harvester.uncertainty.paired_difference import enough_entries
 
-HELD = 1e7  # of a store that is held, over the piezo's capacitance
+HELD = 1e7  # of a storage capacitor that is held, over the piezo's capacitance
 STRIDE = 4  # steps between samples of V^2
-STORE_ROW = 3  # of the store's voltage in a batch of trajectories with ideal elements
+STORE_ROW = 3  # of the storage voltage in a batch of trajectories with ideal elements
 Elements = IdealCircuit | CompiledCircuit  # of a rectifier
 
 
@@ -52,7 +52,7 @@ class Gained(NamedTuple):
 class HeldStores:
     """Stores of so many ``farads`` behind a rectifier's elements; the mass moves on in `advance`.
 
-    ``together`` consecutive stores are on one record.
+    ``together`` consecutive storage capacitors are on one record.
     """
 
     together = 1
@@ -61,7 +61,7 @@ class HeldStores:
         self.circuit = circuit
         self.farads = farads
         self.scales = scales
-        self.unit = 1.0  # C, of what a state has of the store
+        self.unit = 1.0  # C, of what a state has of the storage capacitor
         self._row = STORE_ROW
         if isinstance(circuit, CompiledCircuit):
             self._row = MASS_ROWS + circuit.charge_at(STORE)
@@ -75,14 +75,14 @@ class HeldStores:
 
     @property
     def volts(self) -> Floats:
-        """The voltages of the stores, shape (n,)."""
+        """The voltages of the storage capacitors, shape (n,)."""
         return self.stored.ravel() * (self.unit / self.farads)
 
     def advance(self, volts: Floats | float | None, duration: float) -> Gained:
         """Move on for a nondimensional ``duration`` from ``volts``; None: from the present ones.
 
-        A separate voltage for each store has the shape of ``stored``.  Each class rounds the
-        duration in its way.
+        A separate voltage for each storage capacitor has the shape of ``stored``.  Each class
+        rounds the duration in its way.
         """
         if volts is not None:
             self.stored[...] = volts * self.farads / self.unit
@@ -97,12 +97,12 @@ class HeldStores:
 
 
 class StoreOnPath(HeldStores):
-    """The store of one path of a compiled ``circuit`` from rest, under a drive or white noise.
+    """The storage capacitor of one trajectory of a compiled ``circuit`` from rest, under a sinusoid or white noise.
 
-    It moves on by multiples of ``part`` (nondimensional; None: a period of the drive), rounded up,
-    with white noise from ``rng``.  V^2 is sampled every `STRIDE` steps of a period, or at the end
-    of each ``part``.  ``peak`` is the largest displacement so far, nondimensional; ``steps`` are
-    those of the circuit.
+    It moves on by multiples of ``part`` (nondimensional; None: a period of the excitation), rounded
+    up, with white noise from ``rng``.  V^2 is sampled every `STRIDE` steps of a period, or at the
+    end of each ``part``.  ``peak`` is the largest displacement so far, nondimensional; ``steps``
+    are those of the circuit.
     """
 
     circuit: CompiledCircuit
@@ -157,7 +157,7 @@ class StoreOnPath(HeldStores):
         return np.mean(path.voltages[:, :1] ** 2, axis=0), n_steps * self.h
 
     def _drive(self, n_steps: int) -> Floats | None:
-        """The accelerations of the drive from now on; None without one."""
+        """The accelerations of the excitation from now on; None without one."""
         period = self.eqs.shaking_period
         begin = 0 if period is None else self._moved % round(period / self.h)
         accelerations = forcing(self.eqs, self.h, begin + n_steps)
@@ -165,7 +165,7 @@ class StoreOnPath(HeldStores):
 
 
 class StoresOfMany(HeldStores):
-    """A store for each of many trajectories, ``runs``, which may have other stores in between.
+    """A storage capacitor for each of many trajectories, ``runs``, which may have other storage capacitors in between.
 
     A duration is rounded as by `Trajectories.run`.
     """
@@ -190,7 +190,7 @@ class StoresOfMany(HeldStores):
 
 
 class StoresOnRecord(HeldStores):
-    """The stores of one batch of trajectories, each on a part of the same record, from rest.
+    """The storage capacitors of one batch of trajectories, each on a part of the same record, from rest.
 
     A duration is one of multiples of `STRIDE` steps of ``h``.
     """

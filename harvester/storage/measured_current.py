@@ -1,10 +1,10 @@
 """The rectifier's current at held voltages, measured: runs of the mass from rest up a ladder of voltages.
 
-Under a harmonic drive one run of the compiled circuit does, whole periods long; noise asks for
+Under a harmonic excitation one run of the compiled circuit does, whole periods long; noise asks for
 many, of the circuit of ideal elements if the netlist is one, which is far cheaper.
 
-`measured` gives it for a scene: under a drive with the time-step error, under noise with that of
-sampling.
+`measured` gives it for a scene: under a harmonic excitation with the time-step error, under noise
+with that of sampling.
 """
 
 import math
@@ -49,9 +49,9 @@ CUT_OFF = 0.01
 # time constants of the mass after which its transients are forgotten; after a step of the ladder
 FADED = 6.0
 STEPPED = 3.0  # so many, under noise
-MEASURED = 4.0  # under noise, at each voltage; under a drive 1
+MEASURED = 4.0  # under noise, at each voltage; under a harmonic excitation 1
 BEYOND_DRIVE, BEYOND_NOISE = 1.7, 4.0  # over the rms of the open piezo's voltage
-LEAST_LEAK = 1e-12  # nondimensional conductance beside a held store that has none
+LEAST_LEAK = 1e-12  # nondimensional conductance beside a held storage capacitor that has none
 SHORTEST, LONGEST = 60.0, 4e3  # nondimensional: the first transients
 
 
@@ -62,15 +62,15 @@ def time_constant(eqs: Equations) -> float:
 
 
 class Rectifier:
-    """The rectifier of a problem's circuit, with a store of any ``farads`` behind it and nothing else.
+    """The rectifier of a problem's circuit, with a storage capacitor of any ``farads`` behind it and nothing else.
 
-    ``ideal`` is the circuit of ideal elements if the netlist is one, a hundredth as dear; None
+    ``ideal`` is the circuit of ideal elements if the netlist is one, a hundredth as expensive; None
     if it is not.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.load, self.scales = problem.load_circuit, problem.scales
-        self.held = HELD * self.scales.capacitance  # F of a store that is held
+        self.held = HELD * self.scales.capacitance  # F of a storage capacitor that is held
         self.parts = held_rectifier(self.load, self.held)
 
     @cached_property
@@ -94,7 +94,8 @@ class Rectifier:
         bridge = ideal_bridge(saturation, emission, self.scales)
         if not is_plain_store(self.load):
             return bridge._replace(mu=0.0)
-        # What is beside the store and the load stays there while the store is held.
+        # What is beside the storage capacitor and the load stays there while the storage capacitor
+        # is held.
         leak = cut.leak
         if leak is None:
             return None
@@ -137,8 +138,8 @@ def measured_current(
 ) -> RectifiedCurrent:
     """The table at a ladder of ascending ``voltages``, the first of which is 0.
 
-    ``rough``: under a drive each is held until the current changes by less than this part of the
-    largest in a time constant, and that of the last one counts.
+    ``rough``: under a harmonic excitation each is held until the current changes by less than this
+    part of the largest in a time constant, and that of the last one counts.
     """
     unit = time_constant(eqs)
     counts = (1.0 if eqs.is_steady else MEASURED) * unit
@@ -183,7 +184,7 @@ def _soon_settled(
 def table_of(
     voltages: Floats, rungs: list[Rung], is_steady: bool, together: int
 ) -> RectifiedCurrent:
-    """I(V) of a ladder, with the sampling error under noise, and with the lag under a drive."""
+    """I(V) of a ladder, with the sampling error under noise, and with the lag under a harmonic excitation."""
     seconds = np.array([rung.counted.seconds for rung in rungs])
     charges = [rung.counted.charges for rung in rungs]
     charge, error = _over_runs(charges, together)
@@ -236,7 +237,7 @@ def _of_records(row: Floats, together: int) -> Floats:
 class Currents(NamedTuple):
     """I(V), the same of the scene's step if its own error is known, and their number of steps.
 
-    ``displacement`` is the largest (m) on the way up under a drive; None under noise.
+    ``displacement`` is the largest (m) on the way up under a harmonic excitation; None under noise.
     """
 
     best: RectifiedCurrent
@@ -254,13 +255,13 @@ def measured(
     runs: int | None = None,
     power: float = 1.0,
 ) -> Currents:
-    """I(V) of a problem's rectifier with a held store, at ``count`` voltages from 0 to ``top`` or the open circuit's.
+    """I(V) of a problem's rectifier with a held storage, at ``count`` voltages from 0 to ``top`` or the open circuit's.
 
     They are closer to each other at the bottom with a ``power`` above 1.  Under a drive it is
-    extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of ideal elements where
-    there is one, and of the scene's step alone, by so many ``runs``: `RUNS` of ideal elements, and `OF_ELEMENTS` of
-    the netlist's own.  The ladder ends at twice the open circuit's voltage if that still gets a
-    current.
+    extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of
+    ideal elements if there is one, and of the scene's step alone, by so many ``runs``: `RUNS` of
+    ideal elements, and `OF_ELEMENTS` of the netlist's own.  The ladder ends at twice the open
+    circuit's voltage if that still gets a current.
     """
     eqs = problem.equations
     h = step_from_rest(eqs) if h is None else h
@@ -279,7 +280,7 @@ def measured(
 
 
 def _under_a_drive(problem: Problem, volts: Floats, h: float) -> Currents:
-    """By one path of the compiled circuit, extrapolated from two steps."""
+    """By one trajectory of the compiled circuit, extrapolated from two steps."""
     rectifier = Rectifier(problem)
     eqs = problem.equations
     paths = [

@@ -1,4 +1,4 @@
-"""The course of a sensor node on a store: packets, energies and the final state."""
+"""The course of a sensor node on a storage capacitor: packets, energies and the final state."""
 
 import math
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ LASTS = 10.0  # outages that a node is followed for, at most
 
 @dataclass(frozen=True)
 class NodeState:
-    """The end of a course: the voltages (V) of store and branches, and whether the node is on."""
+    """The end of a course: the voltages (V) of storage capacitor and branches, and whether the node is on."""
 
     volts: float
     on: bool
@@ -25,11 +25,11 @@ class NodeCourse:
 
     ``given``, ``clamped``, ``used`` and ``leaked`` are the energies (J) that came from the
     rectifier, that the clamp dissipated, that the node consumed, and that leaked.
-    ``lasts`` is how long (s) it continues without shaking after ``end``, at most `LASTS` times the
-    outage that is asked for, ``survived`` whether that is at least the outage, and
+    ``lasts`` is how long (s) it continues without excitation after ``end``, at most `LASTS` times
+    the outage that is asked for, ``survived`` whether that is at least the outage, and
     ``outage_packets`` are those that it sends in it; 0 each if none is asked for.
 
-    Points of the course are up to where it repeats itself.  ``hours`` has the packets of each hour,
+    Points of the course are until it repeats itself.  ``hours`` has the packets of each hour,
     evenly from there on. ``intervals`` are the mean times (s) between packets in bins, and how many
     there were, shape (2, n), ascending; ``last`` is the time of the last packet.  In the mean of
     several courses numbers are not whole ones.
@@ -56,7 +56,7 @@ class NodeCourse:
     intervals: Floats = field(default_factory=lambda: np.empty((2, 0)))
 
     def share_running(self, packet: float) -> float:
-        """The share of the time from its first packet on, which lasts so many seconds."""
+        """The fraction of the time from its first packet on, which lasts so many seconds."""
         if self.first is None:
             return 0.0
         return min(self.ran / (self.end - self.first + packet), 1.0)

@@ -1,4 +1,4 @@
-"""The kernels of a node on a store: one state followed by Runge and Kutta's method of fourth order, and all in turn."""
+"""The kernels of a node on storage: one state followed by Runge and Kutta's method of fourth order, and all in turn."""
 
 import math
 
@@ -21,13 +21,13 @@ RAN, PACKETS, LOST, BROWN_OUTS, GIVEN, CLAMPED, USED, LEAKED, END, LAST, INTERVA
 # counts that grow by the same in each cycle: last, intervals of each bin and their sum
 REPEATED = INTERVALS + 2 * BINS
 FIRST, POINTS, VOLTS, ON, COUNTS = range(REPEATED, REPEATED + 5)
-# of the levels; LEAK is the conductance across the store
+# of the levels; LEAK is the conductance across the storage capacitor
 WAKE, TOP, FARADS, LENGTH, HELD, LOW, HIGH, SPARED, LEAK = range(9)
 
 
 @forced
 def _rate(u, scale, finest, row, drawn):
-    """The current (A) into the store at a voltage, and how it grows from one point of the table to the next."""
+    """The current (A) into the storage at a voltage, and how it grows from one point of the table to the next."""
     position = min(max(u * scale, 0.0), float(finest))
     k = min(int(position), finest - 1)
     low = row[k] - drawn[k]
@@ -37,7 +37,7 @@ def _rate(u, scale, finest, row, drawn):
 
 @forced
 def _spread(v, branches, factor, before, rates):
-    """The current (A) into the branches of a store at v, whose rates of voltage are filled in."""
+    """The current (A) into the branches of a storage capacitor at v, whose rates of voltage are filled in."""
     total = 0.0
     for j in range(branches.shape[1]):
         current = branches[0, j] * (v - branches[2, j] - factor * before[j])
@@ -120,12 +120,13 @@ def follow_state(store, drawn, v, duration, threshold, side, course):
         new = v + step / 6.0 * (a + 2.0 * (b + c) + d)
         new, share = _end_of_step(v, new, threshold, side, top)
         step *= share
-        charge = farads * (new - v)  # of the store and its branches, without the drawn one
+        charge = farads * (new - v)  # of storage capacitor and branches, without the drawn one
         for j in range(many):
             rise = step / 6.0 * (rates[1, j] + 2.0 * (rates[2, j] + rates[3, j]) + rates[4, j])
             branches[2, j] += rise
             charge += branches[1, j] * rise
-        # with this mean the products of charge and voltage are the change of the store's energy
+        # with this mean the products of charge and voltage are the change of the storage
+        # capacitor's energy
         middle = 0.5 * (v + min(new, top))
         k = min(int(middle * scale), finest - 1)
         at_store = middle if held == 0.0 else held
@@ -188,11 +189,11 @@ def follow_node(currents, durations, stops, levels, branches, tries, v, seconds,
     ``currents`` are charging, shape (windows, points), drawn, shape (states, points), and that of
     the waiting node, in A at even voltages up to the top; ``levels`` are the wake voltage, the top,
     the capacitance, the length of a window, 0 for one that lasts, the voltage of a battery, 0
-    without one, the voltages at which the flag of low energy appears and disappears, how long sleep is with
-    it, and the conductance across the store.  ``branches`` are conductances, capacitances and
-    voltages of the parts in parallel with the store, shape (3, n).  The last of the states, which
-    last ``durations`` and end at the voltages ``stops``, is sleep.  A packet needs as many
-    ``tries`` as these list in turn, and is lost if one is negative.
+    without one, the voltages at which the flag of low energy appears and disappears, how long sleep
+    is with it, and the conductance across the storage capacitor.  ``branches`` are conductances,
+    capacitances and voltages of the parts in parallel with the storage capacitor, shape (3, n).
+    The last of the states, which last ``durations`` and end at the voltages ``stops``, is sleep.  A
+    packet needs as many ``tries`` as these list in turn, and is lost if one is negative.
     """
     (charging, drawn, waiting), (t, volts, hours) = currents, course
     store = (charging, levels, branches)

@@ -1,4 +1,4 @@
-"""A store that a rectifier charges and a sensor node empties: states that end by time or by a voltage.
+"""A storage capacitor that a rectifier charges and a sensor node empties: states that end by time or by a voltage.
 
     C dV/dt = I(V, t) - V/R_leak - i_s(V),     i_s = I_s, or I_s V_supply/(efficiency V) behind a regulator
 
@@ -6,7 +6,7 @@ In each state s this is one equation of V alone, which Runge and Kutta's method 
 follows; if V passes a threshold the state ends.  The node sees V - ESR i_s.  Charge that moves into
 the pores of a supercapacitor is that of a line of resistance and capacitance, closed at its end,
 next to C (`branches_of`).  A battery keeps its voltage; the changing quantity is the share of its
-charge, here that share of the voltage.  Charge beyond the clamp is lost.  I(V, t) is
+charge, here that fraction of the voltage.  Charge beyond the clamp is lost.  I(V, t) is
 one function of V, or one in each window of a record that repeats itself
 (`harvester.storage.recorded_current`), or a chip's output from either (`harvester.storage.supply`).
 """
@@ -56,7 +56,7 @@ DRAWN = 65_536  # packets of which the tries are drawn, and repeated
 
 
 def branches_of(storage: Storage) -> Floats:
-    """Conductances, capacitances and first voltages of the branches in parallel with a store, shape (3, n).
+    """Conductances, capacitances and first voltages of the branches in parallel with a storage capacitor, shape (3, n).
 
     A line of resistance R and capacitance C that is closed at its end is sqrt(sC/R)
     tanh(sqrt(sRC)), the sum over k of branches with R/2 and 2C/(pi (k - 1/2))^2 in series.
@@ -72,7 +72,7 @@ def branches_of(storage: Storage) -> Floats:
 
 
 def _top_of(current: AnyCurrent, storage: Storage, chip: Chip | None) -> float:
-    """The voltage that a store does not exceed."""
+    """The voltage that a storage capacitor does not exceed."""
     if storage.battery_voltage is not None:
         return storage.battery_voltage
     highest = float(current.voltages[-1])
@@ -83,11 +83,11 @@ def _top_of(current: AnyCurrent, storage: Storage, chip: Chip | None) -> float:
 
 
 def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | None) -> float:
-    """How much later (s) a store wakes the node than by I(V) alone: the mass rings up from rest, the current lags.
+    """How much later (s) storage wakes the node than by I(V) alone: the mass rings up from rest, the current lags.
 
-    For a chip that holds its input this is the ring-up into an empty store, and half of its first
-    look: the input's capacitor returns the charge that it gains in a look, so that the whole is the
-    most. A record rings its mass up itself.
+    For a chip that holds its input this is the ring-up into an empty storage capacitor, and half of
+    its first look: the input's capacitor returns the charge that it gains in a look, so that the
+    whole is the most. A record rings its mass up itself.
     """
     first = storage.initial_voltage or 0.0
     wake = node.wake_voltage
@@ -107,7 +107,7 @@ def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | 
 
 
 class NodeRun:
-    """A node on a store, whose charging current is a table; with a ``chip`` that is the chip's output."""
+    """A node on a storage capacitor, whose charging current is a table; with a ``chip`` that is the chip's output."""
 
     def __init__(
         self,
@@ -157,7 +157,7 @@ class NodeRun:
         return float(table[k] + (position - k) * (table[k + 1] - table[k]))
 
     def _drawn(self, amperes: float) -> Floats:
-        """The current out of the store, at each voltage."""
+        """The current out of the storage capacitor, at each voltage."""
         node = self.node
         if node.supply_voltage is None:
             return np.full(len(self.volts), amperes)
@@ -168,7 +168,7 @@ class NodeRun:
 
     @property
     def farads(self) -> float:
-        """The capacitance (F) of the store, or a battery's charge over its voltage."""
+        """The capacitance (F) of the storage capacitor, or a battery's charge over its voltage."""
         store = self.storage
         return (
             store.farads
@@ -178,7 +178,7 @@ class NodeRun:
 
     @property
     def needed(self) -> float:
-        """The mean power (W) that the node draws from the store while it runs, at the wake voltage, without retries."""
+        """The mean power (W) that the node draws from the storage capacitor at the wake voltage, without retries."""
         k = round(min(self.node.wake_voltage, self.top) / self.top * (len(self.volts) - 1))
         charge = sum(
             float(drawn[k]) * seconds
@@ -243,7 +243,7 @@ class NodeRun:
         return followed
 
     def _levels(self, wake: float, length: float) -> Floats:
-        """The kernel's voltages and store, for windows of a ``length`` (s)."""
+        """The kernel's voltages and storage capacitor, for windows of a ``length`` (s)."""
         storage = self.storage
         low = self.node.low_voltages or (-math.inf, -math.inf)
         held = storage.battery_voltage or 0.0
@@ -267,7 +267,7 @@ class NodeRun:
         return bool(self._dark(left, LASTS * self.outage)[RAN] >= self.outage)
 
     def _dark(self, left: NodeState, seconds: float) -> Floats:
-        """The kernel's counts of so many seconds without shaking, of a node that is on."""
+        """The kernel's counts of so many seconds without excitation, of a node that is on."""
         branches = branches_of(self.storage)
         branches[2] = left.pores
         counts = np.zeros(COUNTS)
@@ -295,7 +295,7 @@ class NodeRun:
         return np.where(tries > most, -most, tries)
 
     def stop_of(self, drawn: Floats) -> float:
-        """The store's voltage at which a state stops."""
+        """The storage voltage at which a state stops."""
         seen = self.volts - (self.storage.esr or 0.0) * drawn
         above = np.flatnonzero(seen >= self.node.stop_voltage)
         if not len(above):

@@ -8,9 +8,9 @@ without is added, and counts as an error.
 
 The time scales are separated as far as a direct run agrees: mass and circuit together continue
 for `DIRECT` time constants of the mass from where the fluctuating runs end, as the slow circuit
-does. The gains of load and store differ by a part, which corrects the current (two levels); its
-size and its sampling are current errors.  Runs with a held store on the same noise, whose mean is
-known from many more, remove most of the sampling error.
+does. The gains of load and storage capacitor differ by a part, which corrects the current (two
+levels); its size and its sampling are current errors.  Runs with a held storage capacitor on the
+same noise, whose mean is known from many more, remove most of the sampling error.
 """
 
 import math
@@ -51,7 +51,7 @@ from harvester.storage.slow_circuit import JUDGED, TOLERANCE, SlowCircuit, SlowP
 from harvester.uncertainty.control_variate import controlled
 from harvester.uncertainty.value import Value, mean_and_error
 
-# runs with a held store; times the highest voltage of the slow run
+# runs with a held storage capacitor; times the highest voltage of the slow run
 MANY = 8 * RUNS
 WIDER = 1.25
 PAIRS = 6  # of fluctuating runs
@@ -63,7 +63,7 @@ PILOT_STEPS = 2  # of a run that only compiles
 CHECKED = 4  # slow runs that are as long as the first
 GAINING = 0.7  # of what they leave, for the direct run
 # times the seconds of the first slow run, those of others; times those of mass and circuit
-# together, with those of held stores
+# together, with those of held storage capacitors
 EASIER, OF_GAIN = 0.5, 2.0
 # of the rectifier's energy: what a chip passes on at least, for the part that it differs by
 LEAST = 0.1
@@ -250,7 +250,7 @@ def _gain(
     first.
     """
     whole = compiled_circuit(problem.load_circuit, problem.scales)
-    half = 0.5 * (problem.load_circuit.smoothing or 0.0)  # F, of the store
+    half = 0.5 * (problem.load_circuit.smoothing or 0.0)  # F, of the storage capacitor
     ends = [path.end for path in paths]
     slow = _fluctuating(circuit, table, seconds, float(paths[0].t[0]), seed, ends)
     full = half * _last(paths, "store") ** 2
@@ -269,7 +269,7 @@ def _gain(
 
 
 def _last(paths: list[SlowPath], name: str) -> Floats:
-    """The last number of a row of each path."""
+    """The last number of a row of each trajectory."""
     return np.array([getattr(path, name)[-1] for path in paths])
 
 
@@ -281,7 +281,7 @@ def _together(
     seconds: float,
     seed: int,
 ) -> tuple[Floats, int]:
-    """The energy (J) of load and store by mass and ``whole`` circuit, and the steps."""
+    """The energy (J) of load and storage capacitor by mass and ``whole`` circuit, and the steps."""
     eqs, scales = problem.equations, problem.scales
     runs = Trajectories(
         eqs, len(states), np.random.SeedSequence([seed, 11]), step_from_rest(eqs), circuit=whole
@@ -303,7 +303,7 @@ def _together(
 
 
 def _charges(problem: Problem, volts: float, seconds: float, seed: int) -> tuple[Floats, int]:
-    """The charges (C) of stores that are held at a voltage, and the steps."""
+    """The charges (C) of storage capacitors that are held at a voltage, and the steps."""
     eqs = problem.equations
     rectifier = Rectifier(problem)
     circuit = rectifier.fast(rectifier.held)

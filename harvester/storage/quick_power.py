@@ -32,11 +32,11 @@ LONGER = 2.0
 ROUGH = 0.017
 STEP, COARSER = 32.0, 30.0  # times the slow step and the tolerance of a whole answer
 PART, SETTLED = 0.2, 0.05  # of the first slow run there; a change of the mean power that ends it
-OFF = 0.06  # of the power: the whole error
+OFF = 0.06  # of the power: the total error
 
 
 def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
-    """Mean power (W), mean square of the piezo's voltage, and the path; soon.
+    """Mean power (W), mean square of the piezo's voltage, and the trajectory; soon.
 
     The rectifier's current is measured at few voltages and at a step of twice the length, until it
     changes little; the slow run is short if its parts agree, and its steps are coarse.  All that is
@@ -69,7 +69,7 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
 
 
 def _quick_current(problem: Problem) -> RectifiedCurrent:
-    """The rectifier's current for `quick_power`; under a drive it is measured once for each rectifier and device."""
+    """The rectifier's current for `quick_power`; under a sinusoid it is measured once for each rectifier and device."""
     if problem.equations.is_random:
         return measured(problem, count=VOLTAGES).best
     rectifier = Rectifier(problem)

@@ -1,10 +1,10 @@
 """The rectifier's mean current in each window of a record, at held voltages: many lanes share the record's time.
 
 A record has quiet and loud parts, so that I(V) alone is not enough.  Here the mass is followed
-along the whole record with the store held at each of some voltages, and I(V, t) is the current that
-the rectifier gives in each window of time.  The record is cut into pieces; in each a batch of
-trajectories has some parts of it side by side, which begin early by the time that the mass needs to
-forget its start.
+along the whole record with the storage capacitor held at each of some voltages, and I(V, t) is the
+current that the rectifier gives in each window of time.  The record is cut into pieces; in each a
+batch of trajectories has some parts of it side by side, which begin early by the time that the mass
+needs to forget its start.
 
 Long because windows, lanes and the table that they fill are of one design.
 """
@@ -36,8 +36,8 @@ PERIODS = 8.0
 MOST_WINDOWS = 20_000
 PIECE = 2**22  # steps of a piece of the record
 BEYOND = 3.0  # over the largest rms of the open piezo's voltage in a window
-LOUD, JUDGED = 40, 3  # windows in which stores are compared, and ideal elements with the netlist's
-PARTS = 64  # of a window, in which a store's voltage hardly changes
+LOUD, JUDGED = 40, 3  # windows: storage compared, and ideal elements with the netlist's
+PARTS = 64  # of a window, in which a storage voltage hardly changes
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def windows_of(
 ) -> tuple[Floats, Floats, int]:
     """Charges (C) in windows at held voltages, shape (windows, n), the piezo's mean squares (V^2), and the steps made.
 
-    The ``circuit`` has a held store; the number of voltages divides `BATCH`.
+    The ``circuit`` has a held storage capacitor; the number of voltages divides `BATCH`.
     """
     count = len(volts)
     parts = BATCHES * BATCH // len(volts)
@@ -119,8 +119,8 @@ def windows_of(
 class Recorded(NamedTuple):
     """I(V, t), the same of the scene's step, and their number of steps.
 
-    ``separation`` is the relative difference of the charges of stores with their own capacitance,
-    ``elements`` that behind the netlist's own elements, and that behind ngspice's;
+    ``separation`` is the relative difference of the charges of storage capacitors with their own
+    capacitance, ``elements`` that behind the netlist's own elements, and that behind ngspice's;
     ``unknown`` states the unknown part of that.
     """
 
@@ -141,10 +141,10 @@ def recorded(
     """I(V, t) of a record, extrapolated from two steps, up to ``top`` (V) or a voltage that the piezo hardly reaches.
 
     It is that of ideal elements if the netlist has such ones, which are judged by its own.  In
-    the loudest windows a store of ``farads`` (None: a held one) that is not held gains the charge
-    that it should as well, but for the effect of separating the time scales.  That of a user's own
-    netlist is compared with ngspice as well, on the way to the ``working`` voltage (V) of the
-    store; None: to half of the highest.
+    the loudest windows a storage capacitor of ``farads`` (None: a held one) that is not held gains
+    the charge that it should as well, but for the effect of separating the time scales.  That of a
+    custom netlist is compared with ngspice as well, on the way to the ``working`` voltage (V)
+    of the storage capacitor; None: to half of the highest.
 
     Raises as `CompiledCircuit`.
     """
@@ -186,7 +186,7 @@ def recorded(
 def _gained(
     problem: Problem, circuit: Elements, loud: slice, grid: RecordGrid, store: tuple[Floats, float]
 ) -> tuple[Floats, int]:
-    """The charges that stores at voltages (V), of a capacitance (F), gain in ``loud`` windows, and the steps.
+    """The charges that storage at voltages (V), of a capacitance (F), gain in ``loud`` windows, and the steps.
 
     The mass has forgotten its start by then.  Stores that are not slow compared with the vibration
     are not held.
@@ -221,7 +221,7 @@ def _loudest(problem: Problem, table: RecordedCurrent, grid: RecordGrid, count: 
 def _separation(
     problem: Problem, rectifier: Rectifier, table: RecordedCurrent, grid: RecordGrid, farads: float
 ) -> tuple[float, int]:
-    """Relative difference of the charges of stores with their own capacitance, and the steps.
+    """Relative difference of the charges of storage capacitors with their own capacitance, and the steps.
 
     Each begins at one of the voltages in the lower half, and continues for as long as all are below
     the highest.

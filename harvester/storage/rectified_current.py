@@ -1,4 +1,4 @@
-"""The mean current that a rectifier gives into a store at a voltage that is held, and how it follows that voltage.
+"""The mean current that a rectifier gives into storage at a voltage that is held, and how it follows that voltage.
 
 I(V)    mean current, with the sampling and time-step errors
 S(V)    Var(charge)/time over a long time, the spectral density at frequency zero: the diffusion
@@ -7,7 +7,7 @@ q0      the charge that is not given while the mass rings up from rest: integral
 tau(V)  how far the current lags behind V: q = integral of i(t) - I(V) after a step of V, over
         the step of I
 
-A store with a load across it, which this current charges, reaches a voltage by
+A storage capacitor with a load across it, which this current charges, reaches a voltage by
 
     (C + tau I'(V)) dV/dt = I(V) - V/R,      after the time q0/I(0) of the ring-up
 
@@ -27,7 +27,7 @@ from scipy.interpolate import PchipInterpolator
 
 from harvester.arrays import Floats
 
-FINE, STEPS = 4001, 2000  # voltages of a quadrature; steps of a random path up to its mean time
+FINE, STEPS = 4001, 2000  # voltages of a quadrature; steps of a random course to its mean time
 TINY = 1e-9  # a decay within a step that counts as 0
 LONGER = 3.0  # duration of random paths over the mean time
 
@@ -77,7 +77,7 @@ class MeanCurrent:
 
 @dataclass(frozen=True)
 class RectifiedCurrent(MeanCurrent):
-    """The table of shaking that always is alike, of columns in SI units, shape (n,) each.
+    """The table of excitation that always is alike, of columns in SI units, shape (n,) each.
 
     ``square`` is the mean square of the piezo's voltage, with the standard error ``square_error``;
     ``lag`` is in s.
@@ -101,7 +101,7 @@ class RectifiedCurrent(MeanCurrent):
 
     @property
     def start(self) -> float:
-        """How long (s) after rest an empty store gets nothing, so that the ring-up's charge is not given."""
+        """How long (s) after rest an empty storage gets nothing, so that the ring-up's charge is not given."""
         return self.ring_up / float(self.current[0]) if self.current[0] > 0.0 else math.inf
 
     @property
@@ -121,14 +121,14 @@ class RectifiedCurrent(MeanCurrent):
 def reached(
     table: RectifiedCurrent, end: float, farads: float, ohm: float = math.inf
 ) -> tuple[Floats, Floats]:
-    """The voltages up to ``end`` that a store reaches, ascending, and when (s)."""
+    """The voltages up to ``end`` that a storage capacitor reaches, ascending, and when (s)."""
     volts = np.linspace(0.0, end, FINE)
     times = times_to(volts, table, farads, ohm)
     return volts[np.isfinite(times)], times[np.isfinite(times)]
 
 
 def times_to(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float) -> Floats:
-    """When the store reaches ascending levels (V), without diffusion; infinite for those that it does not reach."""
+    """When the storage reaches ascending levels (V), without diffusion; infinite for those that it does not reach."""
     volts = np.linspace(0.0, float(levels[-1]), FINE)
     net = table.at(volts) - volts / ohm
     # 0: it is there at once
@@ -172,14 +172,15 @@ def random_paths(
     seed: int,
     coarse: bool,
 ) -> tuple[Floats, Floats]:
-    """Times (s) up to ``end``, shape (n,), and voltages (count, n) of stores, at one or (coarse) two steps at once."""
+    """Times (s) up to ``end``, shape (n,), and voltages (count, n) of storage, at one or (coarse) two steps at once."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, 12]))
     steps = STEPS
     dt = end / STEPS
     volts = np.linspace(0.0, max(top, float(table.voltages[-1])), FINE)
     effective = farads + table.column_at("lag", volts) * table.slope(volts)
     drift = (table.at(volts) - volts / ohm) / effective
-    # A clamp across the store answers within less than a step: the drift is linear over each step.
+    # A clamp across the storage capacitor answers within less than a step: the drift is linear over
+    # each step.
     answer = np.maximum(-np.gradient(drift, volts), 0.0)
     spread = np.sqrt(table.column_at("density", volts)) / farads
     v = np.zeros(count)

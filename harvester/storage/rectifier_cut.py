@@ -1,4 +1,4 @@
-"""A load circuit cut in two behind its rectifier, or with its store held at a voltage.
+"""A load circuit cut in two behind its rectifier, or with its storage capacitor held at a voltage.
 
 The rectifier is made of the parts at the piezo's electrodes: diodes that lead to two nodes, the
 rails. The circuit behind them sees the vibration through the rectifier's current alone.
@@ -47,7 +47,7 @@ class Cut:
 
     @property
     def leak(self) -> float | None:
-        """Conductance (S) of resistors in parallel with store and load; None if anything else is there."""
+        """Conductance (S) of resistors in parallel with storage capacitor and load; None if anything else is there."""
         more = [part for part in self.behind if part.name not in (STORE, LOAD)]
         across = set(self.rails)
         ohms = [effective_value(part) for part in more if part.kind == "r"]
@@ -96,7 +96,7 @@ def _far_nodes(diodes: Sequence[CircuitPart], end: int) -> set[str]:
 
 
 def with_store(parts: Sequence[CircuitPart], farads: float) -> list[CircuitPart]:
-    """The elements with another store, and no load."""
+    """The elements with another storage capacitor, and no load."""
     new = {STORE: farads, LOAD: NO_LOAD}
     return [
         _element(part.name, part.nodes, new[part.name]) if part.name in new else part
@@ -105,7 +105,7 @@ def with_store(parts: Sequence[CircuitPart], farads: float) -> list[CircuitPart]
 
 
 def held_rectifier(load: LoadCircuit, farads: float) -> list[CircuitPart]:
-    """The rectifier with a store of ``farads``, and no load: the circuit behind a chip's store is left out."""
+    """The rectifier with storage of ``farads``, and no load: the circuit behind a chip's storage is left out."""
     cut = cut_behind_rectifier(load)
     return (
         with_store(load.parts, farads) if cut is None or is_plain_store(load) else cut.held(farads)
@@ -113,13 +113,13 @@ def held_rectifier(load: LoadCircuit, farads: float) -> list[CircuitPart]:
 
 
 def is_plain_store(load: LoadCircuit) -> bool:
-    """Whether the load resistor is across the store: then the store's voltage alone is slow."""
+    """Whether the load resistor is across the storage capacitor: then the storage voltage alone is slow."""
     nodes = {part.name: set(part.nodes) for part in load.parts if part.name in (STORE, LOAD)}
     return len(nodes) == 2 and nodes[STORE] == nodes[LOAD]
 
 
 def is_lossy_store(load: LoadCircuit) -> bool:
-    """Whether the store is across the load but for the parts of its keys Rser and Lser."""
+    """Whether the storage capacitor is across the load but for the parts of its keys Rser and Lser."""
     outer = inner_nodes(load.parts)
     store = {outer.get(node, node) for node in load.smoothing_nodes}
     return bool(outer) and any(
@@ -128,7 +128,7 @@ def is_lossy_store(load: LoadCircuit) -> bool:
 
 
 def plain_bridge(load: LoadCircuit, scales: Scales) -> IdealCircuit | None:
-    """The ideal circuit of a bridge of four diodes alike with a store and the load across it; None of anything else.
+    """The ideal circuit of a bridge of four diodes alike with storage and the load across it; None of anything else.
 
     Raises InputError for elements that no compiled circuit has.
     """

@@ -8,7 +8,7 @@ density).  Steps are those of the slow circuit, many vibrations of the fast one 
 within a step the circuit chooses its own.
 
 The separation of the time scales is measured by `direct_check`: mass and circuit together from
-rest, next to the slow store; under noise `noise_check` does, by many runs.
+rest, next to the slow storage capacitor; under noise `noise_check` does, by many runs.
 """
 
 import math
@@ -32,9 +32,10 @@ from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import Cut
 from harvester.uncertainty.paired_difference import difference95, share95
 
-# time constants of the mass, at most; of charges whose stores are held
+# time constants of the mass, at most; of charges whose storage capacitors are held
 DIRECT, COMPARED = 25.0, 10.0
-# of the largest current: less does not bring a store further in the time of the comparison
+# of the largest current: less does not bring a storage capacitor further in the time of the
+# comparison
 FAINT = 0.1
 SLICES, JUDGED = 32, 64  # of the time under noise; runs of a compiled circuit there
 EARLY, LATE = 0.5, 0.95  # of the voltage at the end of the direct run
@@ -45,7 +46,7 @@ SMALL = 50.0  # what is left between the rails of the piezo's capacitance: this 
 
 @dataclass(frozen=True)
 class SlowPath:
-    """The slow circuit over time, shape (n,): s, V of the rails, the store and the load, and integrals up to then.
+    """The slow circuit over time, shape (n,): s, V of the rails, the storage and the load, and integrals up to then.
 
     ``square`` is that of the load's squared voltage (V^2 s), ``piezo`` that of the piezo's mean
     square voltage; ``end`` is the circuit's last state.
@@ -87,8 +88,8 @@ class SlowCircuit:
     ) -> SlowPath:
         """With the mass at rest at first for a ``duration`` in s, every ``stride`` of its steps of ``seconds``.
 
-        The current fluctuates by normal ``variates``, one a step; None: it does not.  The circuit begins in the state
-        ``start``; None: empty.
+        The current fluctuates by normal ``variates``, one a step; None: it does not.  The circuit
+        begins in the state ``start``; None: empty.
 
         Raises CircuitError if too many of the circuit's steps fail.
         """
@@ -136,7 +137,7 @@ class SlowCircuit:
 
 
 class DirectCheck(NamedTuple):
-    """The extra time (s) of mass and circuit together over the slow store, by the end and half-way, in ``seconds``."""
+    """Extra time (s) of mass and circuit together over the slow storage, by the end and half-way, in ``seconds``."""
 
     late: float
     early: float
@@ -157,7 +158,7 @@ def direct_check(
     longest: float,
     h: float | None = None,
 ) -> DirectCheck:
-    """The check under a drive, of a whole circuit whose store the slow computation brings to ``volts`` at ``times``.
+    """The check under a sinusoid, of a circuit whose storage the slow computation brings to ``volts`` at ``times``.
 
     Both are ascending and finite; the direct run is as ``longest`` at most.
     """
@@ -191,14 +192,14 @@ def noise_check(
 ) -> tuple[float, float, int]:
     """The relative errors of a mean current, and the steps: by charges on the same noise, from rest.
 
-    The ``path`` is voltages (V) with their ascending times (s).  A held store that follows all of
-    it in `COMPARED` time constants gains a charge, which is compared with that at twice the step
-    and with that behind the netlist's own elements in place of ideal ones.  One that follows its
-    first `DIRECT` time constants is compared with a store of ``farads`` that moves freely (two
-    levels; None: not done).  Each difference counts as a whole, with its sampling at 95 %: those of
-    step and elements together, and that of a store that is not held.  Voltages at which the
-    ``table`` has next to no current are left out, unless all are such ones.  Runs are
-    ``times_as_many`` as usual.
+    The ``path`` is voltages (V) with their ascending times (s).  A held storage capacitor that
+    follows all of it in `COMPARED` time constants gains a charge, which is compared with that at
+    twice the step and with that behind the netlist's own elements in place of ideal ones.  One that
+    follows its first `DIRECT` time constants is compared with a storage capacitor of ``farads``
+    that moves freely (two levels; None: not done).  Each difference counts as a whole, with its
+    sampling at 95 %: those of step and elements together, and that of a storage capacitor that is
+    not held.  Voltages at which the ``table`` has next to no current are left out, unless all are
+    such ones.  Runs are ``times_as_many`` as usual.
     """
     rectifier = Rectifier(problem)
     scales = problem.scales

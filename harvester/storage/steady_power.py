@@ -1,10 +1,10 @@
-"""The mean power of a chip's load under a drive, from the rectifier's current.
+"""The mean power of a chip's load under a harmonic excitation, from the rectifier's current.
 
 The slow circuit runs from empty until its mean power changes no more.  Its errors are measured: by
 the rectifier's current at twice the step and at half of the voltages, by slow steps of twice the
 length and a larger tolerance, and by a direct run of mass and circuit from rest, on the same
-shaking, of `DIRECT` time constants of the mass.  The difference of the latter is added to the mean
-(two levels), and is the error of the separation of time scales.  If it differs by more than
+excitation, of `DIRECT` time constants of the mass.  The difference of the latter is added to the
+mean (two levels), and is the error of the separation of time scales.  If it differs by more than
 `LARGEST_SEPARATION` a longer direct run replaces the slow one.  The difference of compiled circuits
 from ngspice (`error_of_circuit`) is applied to the rectifier's current, with its effect in the
 slow circuit, and to the power again.
@@ -55,11 +55,11 @@ RUNGS = 1.5 * VOLTAGES * (FADED + 1.0)  # time constants of the rectifier's curr
 def steady_power(
     problem: Problem, cut: Cut, seed: int = 0, deadline: float | None = None
 ) -> SlowPower | None:
-    """The load's stationary mean power behind a cut, under a harmonic drive, for any ``seed``.
+    """The load's stationary mean power behind a cut, under a harmonic excitation, for any ``seed``.
 
     A ``deadline`` of `time.perf_counter` makes slow steps longer, which their part of the error
-    states as always; None if they would be more than `COARSEST` times as long, or if the deadline is too
-    soon for the rectifier's current and the direct run.
+    states as always; None if they would be more than `COARSEST` times as long, or if the deadline
+    is too soon for the rectifier's current and the direct run.
 
     Raises as `harvester.circuits.compiled_circuit.CompiledCircuit`, UnboundedResponseError if
     the motion grows.
@@ -193,8 +193,8 @@ def _of_direct(direct: _Direct, coarse: _Direct, name: str, judge: float) -> Val
 def _off(direct: _Direct, slow: SlowPath, mean: float, name: str) -> float:
     """The difference of a direct run from the slow one in the mean rate of an integral.
 
-    If nothing has reached the load by then, the difference is that of the energies in the store,
-    as a part of the ``mean``.
+    If nothing has reached the load by then, the difference is that of the energies in the storage
+    capacitor, as a part of the ``mean``.
     """
     part = settled_part(direct.seconds)
     slow_mean, direct_mean = (mean_rate(run, name, part) for run in (slow, direct))

@@ -1,14 +1,14 @@
-"""The supply by a rectifier's current at a voltage, straight from its store or through a chip, and how soon.
+"""The supply by a rectifier's current at a voltage, straight from its storage or through a chip, and how soon.
 
-From the store              P = V I(V)
-chip, store at its input    P = eta max V (I(V) - I_own)    from the voltage at which its output
-                                                            ends to that at which it begins: the
-                                                            heaviest load that it always
-                                                            carries, at the voltage at which the
-                                                            store settles
+From the storage             P = V I(V)
+chip, storage at its input   P = eta max V (I(V) - I_own)    from the voltage at which its output
+                                                             ends to that at which it begins: the
+                                                             heaviest load that it always
+                                                             carries, at the voltage at which the
+                                                             storage capacitor settles
 
 A heavier load is on in cycles and draws less.  The heaviest has eta (V_rise^2 - V_fall^2)/2 / int
-dV/(I(V) - I_low), the energy of a cycle over the time in which the store charges.
+dV/(I(V) - I_low), the energy of a cycle over the time in which the storage capacitor charges.
 
 chip that tracks    P = eta eta_charging(V, I) V ((1 - idle) I(V) + C (V_look - V)/period) - V_store I_own
                                                             at V = ratio V_look, where C is at the
@@ -35,7 +35,7 @@ from harvester.storage.rectified_current import RectifiedCurrent, times_to
 
 FINE, SOME = 400, 1024  # voltages of a search, and windows at once
 INPUT = 1e-6  # F at a chip's input, as in the netlist bq25570
-LOW = 0.3  # V: below it an empty store is charged as there
+LOW = 0.3  # V: below it an empty storage capacitor is charged as there
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Supply:
         )
 
     def wake(self, table: RectifiedCurrent, farads: float) -> float:
-        """How long (s) an empty store of so many farads needs until the voltage is there; infinite if it never is."""
+        """How long (s) an empty storage of so many farads needs until the voltage is there; infinite if it never is."""
         if self.chip is None:
             return _time(table, self.voltage, farads)
         if self.chip.ratio is None:
@@ -142,7 +142,7 @@ def _given(table: HarvestingChip) -> dict[str, Any]:
 
 
 def _levels(table: HarvestingChip, chip: Chip, supply: float | None) -> tuple[float, float]:
-    """The store's voltages at which the output begins and ends."""
+    """The storage capacitor's voltages at which the output begins and ends."""
     rise, fall = table.start_voltage, table.stop_voltage
     if rise is not None and fall is not None:
         return rise, fall
@@ -150,7 +150,7 @@ def _levels(table: HarvestingChip, chip: Chip, supply: float | None) -> tuple[fl
     if levels is None:
         has = (
             ", ".join(f"{volts:g} V" for volts in chip.outputs if volts)
-            or "up to its store's limit"
+            or "up to its storage's limit"
         )
         was = "is left out" if supply is None else f"is {supply:g} V"
         raise InputError(
@@ -184,7 +184,7 @@ def charging_efficiency(chip: Chip, volts: Floats, amperes: Floats) -> Floats:
 
 
 def tracked_power(chip: Chip, table: AnyCurrent) -> Floats:
-    """The power (W) into the store in the windows of a record, or in one of shaking that always is alike.
+    """The power (W) into the storage in the windows of a record, or in one of excitation that always is alike.
 
     The input is held at the voltage that the last look found.
     """
@@ -218,7 +218,8 @@ def tracked_power(chip: Chip, table: AnyCurrent) -> Floats:
 def input_without_load(chip: Chip, voltages: Floats, current: Floats) -> Floats:
     """The voltages that looks find: those without load, or those of the input's capacitor after a look.
 
-    From ratio times V it comes to V there, with the time C int dV/I(V).  Without a time of its own a look finds all.
+    From ratio times V it comes to V there, with the time C int dV/I(V).  Without a time of its own
+    a look finds all.
     """
     fine = np.linspace(0.0, float(voltages[-1]), FINE)
     ratio = chip.ratio or 1.0
@@ -234,7 +235,7 @@ def input_without_load(chip: Chip, voltages: Floats, current: Floats) -> Floats:
 
 
 def charging_current(chip: Chip, table: AnyCurrent, volts: Floats) -> Floats:
-    """The current (A) into a store at its ``volts``, shape (n,), of a record with its windows, less the chip's own."""
+    """The current (A) into storage at its ``volts``, shape (n,), of a record with its windows, less the chip's own."""
     if chip.ratio is None:
         return np.asarray(table.at(volts)) - chip.own
     current = np.atleast_2d(table.current)

@@ -2,9 +2,9 @@
 
 Each run looks when the chip does: its input, a capacitor of `INPUT`, is left alone for the time of
 a look, from the voltage at which it was held, and is then held at the chip's ratio of the voltage
-that it came to.  The charge that the held input gains goes to the store, and the charge that the
-look brought above that voltage.  The same runs with an input always held, at the voltage that the
-mean current determines, are corrected (two levels).
+that it came to.  The charge that the held input gains flows to the storage capacitor, and the
+charge that the look brought above that voltage.  The same runs with an input always held, at the
+voltage that the mean current determines, are corrected (two levels).
 
 For a long period the first `FADED` time constants of the mass are run, after which the look is
 forgotten; for the rest the input gains the mean current at its voltage.
@@ -36,7 +36,7 @@ class TrackedInput(NamedTuple):
     """Relative excess of the charge by a chip's law over mean currents, and its error (95 %).
 
     ``error`` is of sampling; ``elements`` is the change by a step of twice the length and the
-    netlist's own elements. ``cold`` is the share of the charge to a cold input that comes at a
+    netlist's own elements. ``cold`` is the fraction of the charge to a cold input that comes at a
     power at which the cold start continues.
     """
 
@@ -118,7 +118,7 @@ class _Law:
     def energies(
         self, count: int, follows: bool = True, compiled: bool = False, twice: bool = False
     ) -> Floats:
-        """The energy (J) that each run puts into its store by the law, or with an input that is always held."""
+        """The energy (J) that each run puts into its storage by the law, or with an input that is always held."""
         chip = self.chip
         table = self.table
         w0 = self.w0
@@ -150,7 +150,7 @@ class _Law:
         return np.asarray(total.reshape(-1, held.together).mean(axis=1))
 
     def cold_share(self) -> tuple[float, float]:
-        """The share of the charge of an input at a cold start's voltage that comes at enough power, and its error.
+        """The fraction of the charge of an input at a cold start's voltage that comes at enough power, and its error.
 
         The power is a mean over `STARTED` vibrations.
         """

@@ -1,11 +1,11 @@
-"""Elasticities of a netlist's power: its compiled circuit at two values of each key on the same noise.
+"""Normalised sensitivities of a netlist's power: its compiled circuit at two values of each key on the same noise.
 
 All ensembles continue from one burn-in, at a step of as many radians, on the noise that follows it,
 so that the two powers of a key differ by the key alone.  With ln P a mean over trajectories,
 
     E+ = (ln P(1 + d) - ln P)/ln(1 + d),   E- = (ln P(1 - d) - ln P)/ln(1 - d),
 
-P's elasticity at the key's value is between E- and E+ if it only grows or only falls from
+the normalised sensitivity at the key's value is between E- and E+ if it only grows or only falls from
 1 - d to 1 + d.  The value is the difference of the outer two, exact for any power law, and half of
 |E+ - E-| its step error, plus that of the power's time step, relative.
 """
@@ -40,7 +40,7 @@ ROOT = np.random.SeedSequence(11)
 SETTLING = 0.5
 # of the burn-in's time: the windows of a mean, until its error is small
 WINDOWS = (0.25, 0.25, 0.25, 0.25, 0.5, 0.5, 1.0, 1.0)
-SMALL = 0.01  # sampling error of an elasticity (95 %) that is aimed at, of the larger of it and 1
+SMALL = 0.01  # sampling error of a sensitivity (95 %) that is aimed at, of the larger of it and 1
 
 
 _Entries: TypeAlias = tuple[Floats, Floats | None]  # of trajectories, and their controls
@@ -62,7 +62,7 @@ def keys_with_elements(problem: Problem) -> Iterator[tuple[str, float]]:
 def by_ensembles(
     problem: Problem, power: Value, report: Callable[[float], None], deadline: float = math.inf
 ) -> PowerDifferences:
-    """The elasticity d ln P/d ln key in each key, from ensembles on the same noise.
+    """The normalised sensitivity d ln P/d ln key in each key, from ensembles on the same noise.
 
     ``power`` is the scene's mean power, for its relative time-step error.  A key that cannot be
     larger, such as a restitution of 1, is not varied.  Keys for which there is no time until
@@ -188,7 +188,7 @@ class _Pair:
         self.least_seconds = 0.0  # that one such key needs
 
     def elasticity(self, deadline: float) -> Value:
-        """The elasticity over the shortest window with a small error, or the last in time."""
+        """The sensitivity over the shortest window with a small error, or the last in time."""
         for windows in range(1, len(WINDOWS) + 1):
             begin = time.monotonic()
             slope = self._over(windows)
@@ -201,7 +201,7 @@ class _Pair:
         return slope
 
     def _over(self, windows: int) -> Value:
-        """The elasticity over so many windows, with the error of the finite change as its bias."""
+        """The sensitivity over so many windows, with the error of the finite change as its bias."""
         up = math.log1p(self.change)
         down = math.log1p(-self.change)
         more, less, unchanged = (

@@ -1,4 +1,4 @@
-"""Every engine that can handle a scene, side by side, and one path: ngspice, exact update, decoupled V.
+"""Every engine that can handle a scene, side by side, and one trajectory: ngspice, exact update, decoupled V.
 
 Long because the comparison of engines and that of paths share their scene and their page.
 """
@@ -27,8 +27,8 @@ from harvester.errors import (
     SimulationError,
     UnboundedResponseError,
 )
-from harvester.machine.execution import DEFAULT, Execution
-from harvester.machine.progress import PartOfProgress, working
+from harvester.machine.execution import DEFAULT, Execution, working_on
+from harvester.machine.progress import PartOfProgress
 from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.presentation.plain import plain
@@ -208,7 +208,7 @@ def compare(
         ``progress`` alone.
     options
         of the engines, as of `run`: ``within``, ``seed``, ``trajectories``, ...; each engine
-        receives those that it has. A ``budget`` is for all together: each engine gets its share of
+        receives those that it has. A ``budget`` is for all together: each engine gets its part of
         the time that those before it left, those that refused in the end as well, without
         compilation of those that answered.
 
@@ -244,7 +244,7 @@ def compare(
     total = sum(engine.share_of_time for engine in chosen) + PATHS
     done = 0.0
     spent = 0.0
-    with working(execution.progress) as progress:
+    with working_on("compare", execution) as progress:
         for engine in chosen:
             part = PartOfProgress(progress, done / total, engine.share_of_time / total, engine.NAME)
             part.step(0.0)
@@ -293,7 +293,7 @@ def _has_paths(engines: Sequence[Engine], refused: dict[str, HarvesterError]) ->
 
 
 def _paths(problem: Problem, seed: int) -> list[PathComparison]:
-    """One path with the stop, if there is one, and one without."""
+    """One trajectory with the stop, if there is one, and one without."""
     paths = []
     bare = Problem(problem.scene.without_stop())
     pairs = [("without the stop", bare)]

@@ -1,4 +1,4 @@
-"""Quantities beyond the modes of the density, counted on a long path: its joint density with the voltage, passages.
+"""Quantities beyond the modes of the density, counted on a trajectory: the joint density with the voltage, passages.
 
 The joint density of displacement and voltage has edges, where impacts end, and the first passage of
 a voltage would need elements of the voltage.  A path needs neither, and its groups give the
@@ -15,16 +15,16 @@ from harvester.errors import SimulationError
 from harvester.studies.motion import Motion, motion
 from harvester.uncertainty.value import Value
 
-STEPS = 2_000_000  # of the path
-BURN_IN = 0.25  # share of the path that is left out
-# parts of the path, each all but independent of the others; bins along each axis
+STEPS = 2_000_000  # of the trajectory
+BURN_IN = 0.25  # fraction of the trajectory that is left out
+# parts of the trajectory, each all but independent of the others; bins along each axis
 GROUPS, BINS = 32, 40
 FEWEST = 25  # windows that pass the level, and as many that do not
-LONGEST_WINDOW = 128  # pairs of windows that the path has at least
+LONGEST_WINDOW = 128  # pairs of windows that the trajectory has at least
 
 
 def longer_path(path: Motion, problem: Problem, seed: int) -> Motion:
-    """A path of about `STEPS` steps, of the same scene as a shorter path."""
+    """A trajectory of about `STEPS` steps, of the same scene as a shorter path."""
     span = STEPS * path.step * path.shown / float(path.time[-1])
     return motion(problem, duration=max(span, path.shown), seed=seed)
 
@@ -50,9 +50,9 @@ def voltage_plane(
 def counted_passage(time: Floats, values: Floats, level: float, forgetting_time: float) -> Value:
     """The mean time until |values| at the times of a path first pass a level, in the unit of these.
 
-    Windows in which no value passes it get rarer as exp(-lambda t) with their length t, from ``forgetting_time`` on,
-    in which the motion forgets its start: P(t)/P(2 t) = exp(lambda t), counted in neighbours.  The
-    motion between two values follows from every other one of them.
+    Windows in which no value passes it get rarer as exp(-lambda t) with their length t, from
+    ``forgetting_time`` on, in which the motion forgets its start: P(t)/P(2 t) = exp(lambda t),
+    counted in neighbours.  The motion between two values follows from every other one of them.
 
     Raises SimulationError if too few windows pass it, or do not.
     """

@@ -1,10 +1,10 @@
-"""One path of a scene: displacement, velocity, voltage and any probe over time, to look at rather than to average.
+"""One trajectory of a scene: displacement, velocity, voltage and any probe over time, not averaged.
 
 By the exact update of a load resistor (`harvester.mechanics.trace`), or by ngspice in
 lock-step.  A path has no sampling error, as it is not a mean; that of its step is of second order
-(with noise: for the path of these kicks).
+(with noise: for the trajectory of these kicks).
 
-Long because the path and its function explain their arrays and arguments to users.
+Long because the trajectory and its function explain their arrays and arguments to users.
 """
 
 import math
@@ -42,7 +42,7 @@ MOST_STEPS = 5_000_000
 
 
 class Motion(TableResult):
-    """One path of a scene over time, in its units: arrays of shape (n,), one entry for each reading.
+    """One trajectory of a scene over time, in its units: arrays of shape (n,), one entry for each reading.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class Motion(TableResult):
         return len(self.impacts) if self.stops or len(self.impacts) else None
 
     def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
-        """The path as a matplotlib figure."""
+        """The trajectory as a matplotlib figure."""
         return drawing.draw(self, title, ax)
 
     @property
@@ -160,7 +160,7 @@ def motion(
     expected: Expected | None = None,
     execution: Execution = DEFAULT,
 ) -> Motion:
-    """Compute one path from rest, of which a plot shows the last part.
+    """Compute one trajectory from rest, of which a plot shows the last part.
 
     Parameters
     ----------
@@ -176,10 +176,10 @@ def motion(
     from_rest : bool, default False
         show the beginning, and compute nothing before it.
     probe : list of str, optional
-        further quantities of the circuit, such as "store" or "v(a,b)", for the engines with a
-        circuit.
+        further quantities of the circuit, such as "store" or "v(a,b)", for the engines
+        with a circuit.
     expected : callable, optional
-        is called with the seconds for a long path by ngspice, measured on a short one.
+        is called with the seconds for a long trajectory by ngspice, measured on a short one.
     execution : Execution, optional
         has the folder for motion.csv, motion.npz, motion.png and provenance.json; ``out`` and
         ``formats`` alone.
@@ -270,7 +270,7 @@ def motion(
 def _write(
     result: Motion, problem: Problem, folder: OutputFolder | None, options: dict[str, Any]
 ) -> None:
-    """Write the files of a path with its ``options`` in their provenance; none without a folder."""
+    """Write the files of a trajectory with its ``options`` in their provenance; none without a folder."""
     if folder is None:
         return
     about = provenance(problem, **options, duration=result.shown, step=result.step)
@@ -288,7 +288,7 @@ def _computed(
     h: float,
     shunt: float = 0.0,
 ) -> tuple[Any, Floats, int]:
-    """The path of so long a nondimensional duration at a step h, its probes, and the steps between readings."""
+    """The trajectory of so long a nondimensional duration at a step h, its probes, and the steps between readings."""
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.kernels.noise import gaussian_grid
     from harvester.mechanics.trace import at_rest, trace
@@ -296,7 +296,7 @@ def _computed(
     sequence = np.random.SeedSequence([seed, 7])
     noise = gaussian_grid(sequence, math.ceil(duration / h))
     shaking = forcing(problem.equations, h, len(noise), np.random.default_rng(sequence.spawn(1)[0]))
-    stride = max(1, min(round(0.05 / h), math.ceil(duration / h) // 2))  # a short path is read too
+    stride = max(1, min(round(0.05 / h), math.ceil(duration / h) // 2))  # also for a short one
     if ENGINES[engine].runs_ngspice:
         return *path_in_ngspice(
             problem,

@@ -1,4 +1,4 @@
-"""The path of `harvester.studies.motion` by ngspice in lock-step, and the time for a long one."""
+"""The trajectory of `harvester.studies.motion` by ngspice in lock-step, and the time for a long one."""
 
 import time
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from harvester.netlists.probes import Probe
 if TYPE_CHECKING:
     from harvester.mechanics.kernels.path import Path
 
-# of a path whose time a pilot measures, and the pilot's share of it
+# of a trajectory whose time a pilot measures, and the pilot's share of it
 MANY_STEPS = 50_000
 PILOT = 0.02
 Expected = Callable[[float], None]  # called with the seconds that a path is expected to take
@@ -27,12 +27,12 @@ def path_in_ngspice(
     expected: Expected | None,
     shunt: float = 0.0,
 ) -> "tuple[Path, Floats]":
-    """The path of ``problem`` by ngspice, and its probes at the path's times, shape (probes, n).
+    """The trajectory of ``problem`` by ngspice, and its probes at the trajectory's times, shape (probes, n).
 
-    ``noise``, shape (steps,), are its kicks, a step ``h`` (1/w0) apart; ``shaking``, shape (steps + 1,), are the base's
-    accelerations there; a reading is every ``stride`` steps.  ``expected`` is called with the seconds that a long path
-    will need, from two short ones.  ``shunt`` is a capacitance from each node to ground, of the
-    piezo's.
+    ``noise``, shape (steps,), are its kicks, a step ``h`` (1/w0) apart; ``shaking``, shape (steps +
+    1,), are the base's accelerations there; a reading is every ``stride`` steps.  ``expected`` is
+    called with the seconds that a long trajectory will need, from two short ones.  ``shunt`` is a
+    capacitance from each node to ground, of the piezo's.
 
     Raises MissingProgramError without ngspice, and CircuitError if the circuit does not converge.
     """

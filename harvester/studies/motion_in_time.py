@@ -1,4 +1,4 @@
-"""Motion in time, from its density: hops between wells, first passages of a level, and the voltage's spectrum."""
+"""Motion in time, from its density: inter-well transitions, first passages of a level, and the voltage's spectrum."""
 
 import math
 from typing import Any
@@ -62,7 +62,7 @@ def forgetting(problem: Problem, answer: Answer) -> float:
 
 
 def hop_rate(problem: Problem, answer: Answer) -> Value | None:
-    """Hops between two wells a second; None if they are not rare, so that the motion remembers the hop before."""
+    """Transitions per second between two wells; None if they are too frequent to be independent."""
     eqs = problem.equations
     wells = eqs.resting_places
     if len(wells) != 2:

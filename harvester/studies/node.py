@@ -1,9 +1,9 @@
-"""The operation of a sensor node on a device: the share of the time that it runs, packets per hour, and its limit.
+"""The operation of a sensor node on a device: the fraction of the time that it runs, packets per hour, and its limit.
 
 The rectifier's current at a held voltage is measured once, of a record in each of its windows
-(`harvester.storage`); then days of store, chip and node are one equation of the store's voltage
-(`harvester.storage.node_run`), under noise with a current that fluctuates as it was measured
-(`harvester.storage.fluctuating_node`).
+(`harvester.storage`); then days of storage capacitor, chip and node are one equation of the storage
+voltage (`harvester.storage.node_run`), under noise with a current that fluctuates as it was
+measured (`harvester.storage.fluctuating_node`).
 
 Long because the result explains its fields to users.
 """
@@ -92,7 +92,7 @@ _SENT = {"interval": "all", "battery": "until the battery is empty"}  # by what 
 
 
 class Parts(NamedTuple):
-    """The parts behind the rectifier, and the outage (s) of the shaking after the days."""
+    """The parts behind the rectifier, and the outage (s) of the excitation after the days."""
 
     storage: Storage
     node: SensorNode
@@ -119,7 +119,7 @@ class NodeResult(TableResult):
         `Value` each: the time (s) from one packet to the next, which half of all, 95 % and all of
         them do not exceed; None with fewer than two packets.
     share_running : Value
-        a `Value`: the share of the time from its first packet's beginning.
+        a `Value`: the fraction of the time from its first packet's beginning.
     first_packet : Value or None
         a `Value`: when the first was sent (s); None if none is.
     brown_outs : float
@@ -128,31 +128,32 @@ class NodeResult(TableResult):
         whether the node keeps its interval, and how many packets it sends per day: a note, whose
         ``str`` is the sentence.
     harvested : Value
-        a `Value`: the mean power (W) into the store, less those of the clamp and the leakage.
+        a `Value`: the mean power (W) into the storage capacitor, less those of the clamp and the
+        leakage.
     used, clamped, leaked : Value or None
         `Value` each: the mean power (W) that the node consumes, that the clamp
-        dissipates and that leaves through the store's leakage; None if absent.
+        dissipates and that leaves through the storage capacitor's leakage; None if absent.
     needed : float
-        the power (W) that the node draws from the store while it runs.
+        the power (W) that the node draws from the storage capacitor while it runs.
     limit : str
-        the limit: "interval", "energy", "store", "wake_voltage", "cold_start", "battery" or
-        "time".
+        the limit: "interval", "energy", "store", "wake_voltage", "cold_start",
+        "battery" or "time".
     helps : dict
         how many more packets, as a part of those that it sends, a tenth more or less of each key
         and of the rectifier's current would give, whichever gives more; empty if it sends none.
     fewest, most : int or None
         the packets of the whole hours with the fewest and the most of them, from the first packet
-        on, on a record; None for shaking that always is alike.
+        on, on a record; None for excitation that always is alike.
     bound : PowerBound or None
         the most that any device of this mass could absorb (W), and why; None if no bound applies.
     outage : float or None
-        how long (s) the shaking stops after the days; None if it does not.
+        how long (s) the excitation stops after the days; None if it does not.
     lasts : Value or None
         a `Value`: how long (s) the node then continues, followed for ten times the outage.
     outage_packets : Value or None
         a `Value`: the packets that it sends in the outage.
     share_survived : Value or None
-        a `Value` under noise: the share of outages that the store outlasts.
+        a `Value` under noise: the fraction of outages that the storage capacitor outlasts.
     capacitance_to_last, interval_to_last : float or None
         the smallest capacitance (F) of series E6, and the shortest interval (s), with which the
         node would outlast it; None if it does so anyway, or if none would.
@@ -161,7 +162,7 @@ class NodeResult(TableResult):
     thresholds : tuple
         the voltages (V) at which the node begins and stops.
     t, voltage : ndarray
-        the course in time (s), shape (n,), and the store's voltage (V) then, shape (n,).
+        the course in time (s), shape (n,), and the storage voltage (V) then, shape (n,).
     seconds : float
         the cost of the computation.
     steps : int
@@ -263,12 +264,12 @@ class NodeResult(TableResult):
         return round(float(self.days_packets.max())) if len(self.days_packets) > 1 else None
 
     def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
-        """The store's voltage over time, with the voltages at which the node begins and stops."""
+        """The storage voltage over time, with the voltages at which the node begins and stops."""
         return drawing.draw(self, title, ax)
 
     @property
     def table(self) -> Table:
-        """The store's voltage over time."""
+        """The storage voltage over time."""
         return Table(
             (Column("time", self.t, "s", "time"), Column("voltage", self.voltage, "V")),
             index=("time",),
@@ -292,8 +293,8 @@ def node(
     days : float, default 1.0
         Simulated time in days.
     stop : float or str, optional
-        Outage of the shaking after the days (s, or such as "2h"): how long the node continues, and
-        which capacitance or interval would outlast it.
+        Outage of the excitation after the days (s, or such as "2h"): how long the node continues,
+        and which capacitance or interval would outlast it.
     seed : int, default 0
         Random seed.
 
@@ -423,7 +424,7 @@ def _remarks(problem: Problem, outcome: _Outcome, chip: Chip | None) -> list[Dia
 
 
 def _directly(problem: Problem, known: Known, parts: Parts, seconds: float) -> NodeCourse | None:
-    """The direct run if the store is not slow compared with the vibration; None if it is, and if absent."""
+    """The direct run if the storage capacitor is not slow compared with the vibration; None if it is, and if absent."""
     from harvester.storage.direct_node import can_run, direct_course
 
     run = parts.run(known.table)
@@ -763,7 +764,7 @@ def _helps(
 ) -> dict[str, float]:
     """The relative gain in packets of a change of each key that can be changed; empty if absent to gain.
 
-    All are of the same shaking, so that the effect of sampling on them is alike.
+    All are of the same excitation, so that the effect of sampling on them is alike.
     """
     gain_of = dict[str, float]()
     parts = parts._replace(outage=None)

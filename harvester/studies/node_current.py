@@ -40,9 +40,10 @@ class Effort:
 class Known:
     """The rectifier's current, its variants whose changes are its errors, and its relative errors.
 
-    They are that of taking the time scales apart and that of the ``elements``; ``late`` is by how much the first packet
-    may be later or sooner (s).  ``chip`` is one that holds its input, by the charge that its law
-    gives on the same noise; None for any other.  The ``judge`` is `error_of_circuit`, of which the elements are a part.
+    They are that of taking the time scales apart and that of the ``elements``; ``late`` is by how
+    much the first packet may be later or sooner (s).  ``chip`` is one that holds its input, by the
+    charge that its law gives on the same noise; None for any other.  The ``judge`` is
+    `error_of_circuit`, of which the elements are a part.
     """
 
     table: AnyCurrent
@@ -90,7 +91,7 @@ def _of_alike_shaking(
     wake: float,
     effort: Effort,
 ) -> Known:
-    """The same for steady excitation: for a store of ``farads``, 0 for a battery, or a ``tracking`` chip's.
+    """The same for steady excitation: for a storage capacitor of ``farads``, 0 for a battery, or a ``tracking`` chip's.
 
     A battery holds its voltage as the measurement does; under noise a chip's law is run next to the
     mean currents.
@@ -149,7 +150,7 @@ def _of_alike_shaking(
 
 
 def _working(table: RectifiedCurrent, tracking: Chip | None, volts: float) -> float:
-    """The rectifier's voltage (V) that a store is to come to, or that a ``tracking`` chip holds its input at."""
+    """The rectifier's voltage (V) that storage is to come to, or that a ``tracking`` chip holds its input at."""
     if tracking is None:
         return min(volts, float(table.voltages[-1]))
     opened = min(

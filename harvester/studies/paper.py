@@ -23,8 +23,8 @@ from harvester.averaging.two_scale import densities
 from harvester.averaging.two_scale import law as two_scale
 from harvester.equations.coefficients import Equations
 from harvester.errors import names_arguments, unknown
-from harvester.machine.execution import DEFAULT, Execution
-from harvester.machine.progress import PartOfProgress, working
+from harvester.machine.execution import DEFAULT, Execution, working_on
+from harvester.machine.progress import PartOfProgress
 from harvester.presentation import drawing
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
@@ -193,7 +193,7 @@ def draw(numbers: Sequence[str], execution: Execution = DEFAULT) -> list[PaperFi
     execution.only("paper", "out", "formats", "progress")
     folder = OutputFolder.of(execution)
     drawn = []
-    with working(execution.progress) as progress:
+    with working_on("paper", execution) as progress:
         for index, number in enumerate(numbers):
             part = PartOfProgress(
                 progress, index / len(numbers), 1.0 / len(numbers), f"figure {number}"

@@ -1,4 +1,4 @@
-"""Elasticities of the power as differences of an engine's answers, each with its step error.
+"""Normalised sensitivities of the power as differences of an engine's answers, each with its step error.
 
 With the power P at the factors 1 + d and 1 - d of a key's value,
 
@@ -34,7 +34,7 @@ LARGE = 0.1  # as SMALL: an error that a warning names
 
 @dataclass
 class PowerDifferences:
-    """Value and elasticity by key, the keys ``left`` at the end of a budget, and the errors of others.
+    """Value and normalised sensitivity by key, the keys ``left`` at the end of a budget, and the errors of others.
 
     ``seconds`` is the time that the keys left would need.
     """
@@ -65,7 +65,7 @@ def check_power(power: float) -> None:
 
 
 def first_change(problem: Problem) -> float:
-    """The first change of a key: under a harmonic drive the damping ratio at most, a resonance's half-width."""
+    """The first change of a key: under a harmonic excitation the damping ratio at most, a resonance's half-width."""
     equations = problem.equations
     if equations.drive is None or not equations.c1:
         return CHANGE
@@ -80,11 +80,11 @@ def by_differences(
     deadline: float = math.inf,
     most: float | None = None,
 ) -> PowerDifferences:
-    """The elasticities of an engine's power in the keys with these values, which are not 0.
+    """The normalised sensitivities of an engine's power in the keys with these values, which are not 0.
 
     ``most`` is the first change of a key, up and down, relative to its value; None: `first_change`.
-    A key that cannot be larger is not varied.  Keys for which there is no time until ``deadline`` (s, of
-    `time.monotonic`) are left, and one without an answer has its error.
+    A key that cannot be larger is not varied.  Keys for which there is no time until ``deadline``
+    (s, of `time.monotonic`) are left, and one without an answer has its error.
     """
     done = PowerDifferences()
     most = first_change(problem) if most is None else most
@@ -116,7 +116,7 @@ class _Differences:
         self.value = value
 
     def elasticity(self, change: float) -> Value:
-        """The elasticity at ever smaller changes, each one half of the one before, and its error.
+        """The normalised sensitivity at ever smaller changes, each one half of the one before, and its error.
 
         They end if the error is small, after at most `HALVINGS`.  Raises the error of an answer,
         and SimulationError for one without power.
@@ -132,7 +132,7 @@ class _Differences:
         return best
 
     def _at(self, *changes: float) -> list[Value]:
-        """The elasticity between two answers, at each change of the key."""
+        """The normalised sensitivity between two answers, at each change of the key."""
         factors = [1.0 + sign * change for change in changes for sign in (1.0, -1.0)]
         scenes = [self.problem.scene.vary(self.key, factor * self.value) for factor in factors]
         answers = self.engine.run_many(scenes)
@@ -144,7 +144,7 @@ class _Differences:
 
 
 def is_within(part: float, elasticity: Value) -> bool:
-    """Whether the step error of an elasticity is at most this part of the larger of it and 1."""
+    """Whether the step error of a normalised sensitivity is at most this part of the larger of it and 1."""
     return (elasticity.bias or 0.0) <= part * max(abs(elasticity.value), 1.0)
 
 
@@ -166,7 +166,7 @@ def _extrapolated(levels: Sequence[Value]) -> Value:
 def _difference(
     change: float, more: Estimate | HarvesterError, less: Estimate | HarvesterError
 ) -> Value:
-    """The elasticity between two answers on the same noise."""
+    """The normalised sensitivity between two answers on the same noise."""
     for answer in (more, less):
         if isinstance(answer, HarvesterError):
             raise answer

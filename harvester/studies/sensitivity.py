@@ -1,8 +1,8 @@
-"""Elasticities of the mean power in every key of the scene, from the adjoint of the density.
+"""Normalised sensitivities of the mean power in every key of the scene, from the adjoint of the density.
 
 A scene whose power is a formula has differences of it (`harvester.studies.power_differences`), a
-netlist with a store or a chip behind the rectifier those of its slow circuit, and for another
-netlist they come from its compiled circuit
+netlist with a storage capacitor or a chip behind the rectifier those of its slow circuit, and for
+another netlist they come from its compiled circuit
 (`harvester.studies.circuit_sensitivity`).
 """
 
@@ -35,10 +35,10 @@ WITHIN = 0.01  # relative error of the power of a compiled circuit that is aimed
 
 
 class Sensitivity(TableResult):
-    """The mean power and its elasticity d ln P/d ln key in each key of the scene, largest first.
+    """The mean power and its normalised sensitivity d ln P/d ln key in each key of the scene, largest first.
 
-    An elasticity of 2 states that one percent more of a key gives two percent more power.  What
-    keys of 0 and keys that are not quantity would do is not computed.
+    A normalised sensitivity of 2 states that one percent more of a key gives two percent more
+    power.  Keys of 0 and keys that are not quantities have none.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Sensitivity(TableResult):
 
     @property
     def table(self) -> Table:
-        """A row for each key: its value and the elasticity of the power in it."""
+        """A row for each key: its value and the normalised sensitivity of the power in it."""
         units = ["" if unit == "1" else unit for unit in self.units]
         value = Column("value", self.values, units=units, label="value")
         return Table(
@@ -98,13 +98,14 @@ def sensitivity(
     budget: float | str | None = None,
     progress: Callable[[float], None] | bool | None = None,
 ) -> Sensitivity:
-    """The elasticity of the mean power in every key of the scene that is a quantity other than 0.
+    """The normalised sensitivity of the mean power in every key of the scene that is a quantity other than 0.
 
     For a linear scene they are differences of engine `Exact`, otherwise all come from one solution
-    for the density and one of its adjoint equations.  With a netlist they include its elements: with
-    a store or a chip behind the rectifier by engine `Slow`, otherwise by the compiled circuit: under
-    a sinusoid from its periodic responses, under noise from two ensembles per key on the same
-    noise, until the sampling error (95 %) is 0.01.  Their model error is unknown.
+    for the density and one of its adjoint equations.  With a netlist they include its elements:
+    with a storage capacitor or a chip behind the rectifier by engine `Slow`, otherwise by the
+    compiled circuit: under a sinusoid from its periodic responses, under noise from two ensembles
+    per key on the same noise, until the sampling error (95 %) is 0.01.  Their model error is
+    unknown.
 
     Parameters
     ----------
@@ -124,7 +125,7 @@ def sensitivity(
     Returns
     -------
     Sensitivity
-        elasticities without a unit, the largest first.
+        normalised sensitivities without a unit, the largest first.
 
     Raises
     ------
@@ -153,7 +154,7 @@ def _computed(
     budget: float | None,
     progress: Callable[[float], None] | None,
 ) -> Sensitivity:
-    """The elasticities by the engine that supports a scene."""
+    """The normalised sensitivities by the engine that supports a scene."""
     begin = time.perf_counter()
     if problem.netlist is not None:
         if within is not None:
@@ -181,7 +182,7 @@ def _computed(
 def _of_circuit(
     problem: Problem, begin: float, progress: Callable[[float], None] | None, budget: float | None
 ) -> Sensitivity:
-    """The elasticities in the keys of a scene with a netlist, and in its elements."""
+    """The normalised sensitivities in the keys of a scene with a netlist, and in its elements."""
     from harvester.studies.circuit_sensitivity import by_ensembles, keys_with_elements
 
     part = None if budget is None else JUDGED * budget
@@ -208,7 +209,7 @@ def _of_circuit(
 
 
 def _by_formula(problem: Problem, begin: float, report: Callable[[float], None]) -> Sensitivity:
-    """The elasticities in the keys of a scene whose power is a formula."""
+    """The normalised sensitivities in the keys of a scene whose power is a formula."""
     values = {key: value_of(problem.scene, key) for key in quantities(problem.scene)}
     power = Exact().run(problem).mean_power
     done = by_differences(problem, Exact(), values, report, most=BY_FORMULA)
@@ -249,7 +250,7 @@ def _result(
     begin: float,
     remarks: Sequence[Diagnostic] = (),
 ) -> Sensitivity:
-    """The result of elasticities by key, the largest first."""
+    """The result of normalised sensitivities by key, the largest first."""
     keys = sorted(by_key, key=lambda key: -abs(by_key[key][1].value))
     return Sensitivity(
         engine=engine,

@@ -58,8 +58,8 @@ class Densities(TableResult):
     impact_rate : Value or None
         a `Value`, impacts per second; None without a stop and if impacts accumulate.
     hop_rate : Value or None
-        a `Value`: hops a second from one well to the other, either way, without those that are
-        reversed before mass and load have forgotten their origin; None without two wells
+        a `Value`: transitions per second from one well to the other, either way, without those that
+        are reversed before mass and load have forgotten their origin; None without two wells
         that are apart.
     level, first_passage_time : float or Value or None
         a displacement (m) or voltage (V), and the mean time (s), a `Value`, until it is first

@@ -4,7 +4,7 @@
 
 An expensive model judges a cheap one by few entries, because those of both move together.  The
 largest difference is its size and the half-width of its 95 % interval together
-(`harvester.uncertainty.value.Value.largest95`): a judge that saw little does not acquit.
+(`harvester.uncertainty.value.Value.largest95`): a reference that saw little does not acquit.
 """
 
 import math

@@ -9,11 +9,11 @@ parts may be large and of opposite sign, so that a third step distinguishes them
     E_2h - E_h = u + w,   E_4h - E_2h = 4 u + 2^p w
 
 `step_bias` and `extrapolated` use the values at the steps h, 2 h and perhaps 4 h, each with one
-entry a trajectory, shape (n,), entry by entry on the same noise: if the paths of the steps stay
-together, differences have a smaller error than the means; ``controls`` are those of all steps side
-by side and ``together`` is as of `controlled_entries`. If the paths part, the moments of each
-step are better controlled by themselves: few entries bear few columns. `limit` has single numbers
-without noise.
+entry a trajectory, shape (n,), entry by entry on the same noise: if the trajectories of the steps
+stay together, differences have a smaller error than the means; ``controls`` are those of all steps
+side by side and ``together`` is as of `controlled_entries`. If the trajectories part, the moments
+of each step are better controlled by themselves: few entries bear few columns. `limit` has single
+numbers without noise.
 """
 
 import math

@@ -264,9 +264,9 @@ def percent(error: float, value: float) -> str:
     return f"{share:.2g} %" if share < 99.5 else f"{share:.0f} %"
 
 
-def in_percent(part: float) -> str:
-    """A share in per cent, such as 0.5 %, in three digits."""
-    return f"{100.0 * part:.3g} %"
+def in_percent(part: float, form: str = ".3g") -> str:
+    """A fraction in per cent, such as 0.5 %, in three digits or as ``form`` states."""
+    return f"{100.0 * part:{form}} %"
 
 
 def number(value: Value) -> dict[str, float | None]:

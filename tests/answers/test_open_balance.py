@@ -1,4 +1,5 @@
-"""A power balance or ledger that its errors do not explain is a warning: the rule, and where a real one is open."""
+"""A power balance or energy balance that its errors do not explain is a warning: the rule, and
+where a real one is open."""
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from tests.support.models import Motion, Oscillator
         (hv.Value(0.2, 0.05), False),  # 3.9 standard errors and what is borne
         (hv.Value(0.22, 0.05), True),
         (hv.Value(0.25, 0.05, dof=7.0), False),  # of eight runs, whose spread is not known well
-        (hv.Value(-0.258, 0.005, 1.255), False),  # the step is far too large, and says so itself
+        (hv.Value(-0.258, 0.005, 1.255), False),  # the step is far too large, and states so itself
         (hv.Value(-23.8, 0.01, 0.002), True),  # a ball at rest that rounding made bounce
     ],
 )
@@ -32,7 +33,7 @@ def test_what_errors_explain(balance, told):
 
 
 def test_trajectories_that_still_take_up_energy():
-    """From rest the noise fills the oscillator; once that has its share of energy, the balance closes."""
+    """From rest the noise fills the oscillator; once that has its fraction of energy, the balance closes."""
     eqs = Equations(beta=0.05, mu=1.0, c1=-0.02, n1=0.01)
     many = Trajectories(eqs, 512, np.random.SeedSequence(1), 0.1)
     balances = []
@@ -53,7 +54,8 @@ def test_ledgers_of_several_runs():
 
 @pytest.mark.ngspice
 def test_a_model_at_a_coarse_step():
-    """Six steps to a period leave the ledger open, and the answer states so; sixty do not."""
+    """Six steps to a period leave the energy balance open, and the answer states so; sixty do
+    not."""
     piezo = hv.Piezo(coupling="1 mN/V", capacitance="50.2 nF")
     plate = Oscillator(m=0.04, k=16.0, c=0.0)
     start = Motion(1e-3, 0.05)

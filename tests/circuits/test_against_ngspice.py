@@ -50,7 +50,7 @@ CIRCUITS = {
     ),
 }
 
-KEPT = ("coupled coils",)  # for `make test`: diodes and coils, at the least cost
+KEPT = ("coupled coils",)  # for `make test`: diodes and inductors, at the least cost
 
 
 def _powers(scene, steps, h):

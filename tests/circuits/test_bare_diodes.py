@@ -1,7 +1,7 @@
 """Bridges of diodes as their cards state it, without Rs or Cjo as well: every step converges, and the power is right.
 
-The judge is an integration of its own.  With four diodes alike that lead the currents I(v), and V
-between the piezo's electrodes, u between the rails, these float so that V - u is across one pair
+The reference is an integration of its own.  With four diodes alike that lead the currents I(v), and
+V between the piezo's electrodes, u between the rails, these float so that V - u is across one pair
 and -V - u across the other, twice each:
 
     Cp V' = theta x' - I((V - u)/2) + I(-(V + u)/2)        C u' = I((V - u)/2) + I(-(V + u)/2) - u/R
@@ -59,7 +59,8 @@ def driven(folder, body, psd=None):
 
 
 def after_jumps(scene, circuit, volts, periods=3):
-    """How many steps fail from rest, and after each jump of the store to one of ``volts``."""
+    """How many steps fail from rest, and after each jump of the storage capacitor to one of
+    ``volts``."""
     eqs = Problem.of(scene).equations
     h = whole_steps(step_from_rest(eqs), eqs.shaking_period)
     at = circuit.charge_at("csmooth")
@@ -91,7 +92,8 @@ def test_no_step_fails_with_default_diodes(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("more", ["", "Cjo=14p", "Rs=1", "Rs=1u Cjo=14p"])
 def test_no_step_fails_whatever_the_diodes_are(tmp_path, more):
-    """A held store is 1e16 times what leaks: before the rails' equations were summed, 50 of 100 such cards failed."""
+    """A held storage capacitor is 1e16 times what leaks: before the rails' equations were summed,
+    50 of 100 such cards failed."""
     for saturation, n in itertools.product(
         ["1e-18", "1e-14", "1e-9", "1e-7", "1e-5"], [0.5, 1.0, 3.0]
     ):
@@ -145,7 +147,7 @@ def test_what_rails_get_as_a_whole_has_nothing_of_the_store(tmp_path):
 
 
 def integrated(card, farads, seconds):
-    """V of the store at the end, and the mean power of the load (W), from rest: by a stiff integrator."""
+    """V of the storage capacitor at the end, and the mean power of the load (W), from rest: by a stiff integrator."""
     saturation, n = card
     w = 2.0 * math.pi * HERTZ
     law = interpreted(diode)
@@ -230,7 +232,8 @@ WHY = "of the circuit's steps did not converge, at netlist element b1"
 
 
 def test_steps_that_fail_are_no_answer(tmp_path):
-    """The current jumps where the store comes to rest, so that there is no solution; the element is named."""
+    """The current jumps where the storage capacitor comes to rest, so that there is no solution;
+    the element is named."""
     scene = driven(tmp_path, RELAY, psd="1e-5 g^2/Hz")
     eqs = Problem.of(scene).equations
     circuit = compiled(scene)
@@ -259,9 +262,9 @@ def test_studies_refuse_steps_that_fail(tmp_path):
 
 
 def test_resistors_across_the_rails_are_part_of_the_held_circuit(tmp_path):
-    """The ideal bridge carries them; it represents nothing else that is next to the store and the load.
+    """The ideal bridge carries them; it represents nothing else that is next to the storage capacitor and the load.
 
-    The current into a store that is held is then smaller by V/R.
+    The current into a storage capacitor that is held is then smaller by V/R.
     """
     plain = BARE.format(farads="1u", card="(Is=1n Rs=1)")
     more = "", "Rx a b 300k\n", "Dx b a d\n"

@@ -37,7 +37,7 @@ def test_random_matrices(seed):
 
 
 def test_a_place_that_may_be_zero_is_no_pivot():
-    """Such as the derivative of a source that is cut off; where it comes first all the same, the lines state so."""
+    """Such as the derivative of a source that is cut off; if it comes first all the same, the lines state so."""
     pattern = np.array([[True, True], [True, True]])
     samples = np.array([[[1.0, 1.0], [1.0, 2.0]], [[0.0, 1.0], [1.0, 0.0]]])
     order = pivots(samples, pattern)
@@ -68,7 +68,7 @@ def test_pivots_of_the_matrix_at_hand_take_over(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("furthest", [LARGEST, 0.0])
 def test_a_tape_of_numbers_solves_as_the_lines(tmp_path, monkeypatch, furthest):
-    """Also with the pivots of the matrix at hand, and with a Zener diode, a coil and a source of voltage."""
+    """Also with the pivots of the matrix at hand, and with a Zener diode, an inductor and a voltage source."""
     (tmp_path / "a.cir").write_text(
         "t\nD1 A O DP\nD2 B O DP\nD3 0 A DP\nD4 0 B DP\nDz 0 O DZ\nL1 O P 10 ic=0\n"
         "V1 P R 0.1\nCs R 0 100n\nRL R 0 250k\n.model DP D(Is=2u N=1.06 Rs=4 Cjo=40p Tt=1u)\n"

@@ -70,7 +70,7 @@ def test_ideal_circuit(name, change):
 @pytest.mark.slow
 @pytest.mark.thorough("test_one_netlist")
 def test_a_low_voltage_of_sece_is_told():
-    """At 0.7 V rms ideal diodes and switches give far too much power, with one mode too, and the answer says so."""
+    """At 0.7 V rms ideal diodes and switches give far too much power, with one mode too, and the answer states so."""
     scene = BEAM.replace(mode=(), stop=STOP).with_load(
         netlist="sece", parameters={"R": "1 Mohm", "C": "20 nF"}
     )
@@ -86,7 +86,7 @@ def test_a_low_voltage_of_sece_is_told():
 
 
 def test_a_path_with_a_resistor_as_a_netlist():
-    """The path of three modes with a stop is that of the exact update, and Rload takes V^2/R."""
+    """The path of three modes with a stop is that of the exact update, and Rload dissipates V^2/R."""
     scene = BEAM.replace(mode=(SECOND, THIRD), stop=STOP)
     netlist = Problem(
         scene.replace(load=hv.Load(netlist="resistor", parameters={"R": scene.load.resistance}))

@@ -1,4 +1,4 @@
-"""What is reported of netlists: bad ones in one line that names the element, and which elements are supported."""
+"""Reports on netlists: bad ones in one line that names the element, and which elements are supported."""
 
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -51,7 +51,7 @@ BAD = {
     "transmission line": (GOOD + "T1 p n a b Z0=50 Td=1n", "element t1 is an element of a kind"),
     "no model": (
         GOOD + "D9 p a nothing",
-        "board.cir line 9 must name a model of the netlist, but 'nothing' is none",
+        "board.cir line 9 must name a model of the netlist, but 'nothing' is not one",
     ),
     "level": (
         GOOD + "M1 p a b b x\n.model x NMOS(Level=3 Vto=1)",

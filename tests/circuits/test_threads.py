@@ -27,7 +27,7 @@ def hasty_threads():
 
 
 def test_threads_that_ask_at_once_get_the_same_arrays(hasty_threads):
-    """A record of a thread's own would point to arrays that are gone: the first answer of a process was wrong."""
+    """A record of a thread's own would point to arrays that are freed: the first answer of a process was wrong."""
     circuit = compiled(hv.load("examples/plate_harmonic.toml").with_load(netlist="bridge"))
     together = Barrier(THREADS)
 
@@ -53,7 +53,7 @@ def test_a_damaged_source_in_the_cache_is_written_anew(tmp_path, monkeypatch):
 
 
 def test_a_circuit_that_gives_power_ends_a_long_run_early(tmp_path):
-    """Trajectories are looked at between pieces, where ^C is heard, too: to its end this run would take an hour."""
+    """Trajectories are looked at between pieces, where ^C is heard as well: to its end this run would take an hour."""
     scene = on_plate(tmp_path, "Rload p n 100k\nC1 p n 1n\nR9 p n -5k")
     problem = Problem.of(scene)
     many = Trajectories(

@@ -1,4 +1,4 @@
-"""What the tab key offers, asked for as the shells ask: through the program, with the words typed so far."""
+"""The offers of the tab key, asked for as the shells ask: through the program, with the words typed so far."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""The doctor reports what is there, what is missing, and how to get it; it never fails."""
+"""The doctor reports the present and the missing parts, and how to get them; it never fails."""
 
 import json
 

@@ -50,7 +50,7 @@ def test_a_board_comes_with_its_parts(harvester, tmp_path):
 
 
 def test_nothing_is_overwritten(harvester, tmp_path):
-    """Neither the scene nor what it reads; where one file is in the way, none is written."""
+    """Neither the scene nor what it reads; if one file is in the way, none is written."""
     (tmp_path / "shake.csv").write_text("mine")
     (tmp_path / "plate.toml").write_text("mine")
     for name, says in (

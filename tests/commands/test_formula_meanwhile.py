@@ -1,4 +1,4 @@
-"""What a terminal shows while an engine compiles and computes: the answer of a formula, where one is honest."""
+"""The text on a terminal while an engine compiles and computes: the answer of a formula, where one is honest."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Help that teaches and is there at once; colours where they are wanted; errors that state what to type."""
+"""Help that teaches and is there at once; colours where they are wanted; errors that state the command to type."""
 
 import dataclasses
 import json
@@ -87,7 +87,7 @@ print([m for m in {HEAVY!r} if m in sys.modules])
 @pytest.mark.thorough("test_a_formula_loads_only_what_it_needs")
 @pytest.mark.slow
 def test_a_formula_is_quick():
-    """Measured 1.8 to 2 times what the libraries take that any answer needs, side by side: machines differ."""
+    """Measured 1.8 to 2 times what the libraries need that any answer uses, side by side: machines differ."""
     libraries = best_of(5, program=("-c", LIBRARIES))
     assert (
         max(best_of(5, "run", PLATE, "--engine", engine) for engine in ("exact", "averaged"))
@@ -130,7 +130,7 @@ def test_help_of_a_command(harvester, name):
 
 
 def test_keys_are_those_of_the_dataclasses(harvester):
-    """All of them, with an example that the key takes."""
+    """All of them, with an example that the key accepts."""
     assert {(key.table, key.name) for key in keys()} == {
         (table, field.name) for table, kind in TABLES.items() for field in dataclasses.fields(kind)
     }

@@ -1,4 +1,4 @@
-"""`harvester new`: the file, the errors, the questions and what to type next."""
+"""`harvester new`: the file, the errors, the questions and the next command."""
 
 import json
 import math
@@ -115,7 +115,7 @@ def test_netlist_with_parameters(harvester, tmp_path, monkeypatch):
     ],
 )
 def test_flags_that_cannot_be(harvester, tmp_path, changes, says):
-    """One line, exit status 2, and no file; what is missing is named and never asked for in a pipe."""
+    """One line, exit status 2, and no file; missing options are named and never asked for in a pipe."""
     flags = {name: value for name, value in {**SHEET, **changes}.items() if value is not None}
     status, out, err = harvester("new", tmp_path / "a.toml", *options(flags))
     assert (status, out, err.count("\n")) == (2, "", 1)
@@ -170,7 +170,7 @@ def test_never_over_a_file_unasked(harvester, tmp_path):
 @pytest.mark.thorough("nothing: keys are pressed on a terminal")
 @pytest.mark.slow
 def test_questions_on_a_terminal(tmp_path):
-    """Real keys on a real terminal: an answer that cannot be is asked for again, an empty one goes on to the next."""
+    """Real keys on a real terminal: an answer that cannot be is asked for again, an empty one leads to the next."""
     answers = [
         "40 kN",
         "40 g",
@@ -228,7 +228,7 @@ def next_words(sheet):
 
 
 def test_what_to_type_next():
-    """It starts with what is missing."""
+    """It starts with the missing parts."""
     assert next_words(SHEET)[0].startswith("keys excitation")
     assert next_words(SHEET | NOISE)[0].startswith("optimise a.toml --vary load.")
     far, near = ({**SHEET, **NOISE, "resistance": load} for load in ("10 kohm", "700 kohm"))

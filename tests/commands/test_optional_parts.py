@@ -1,4 +1,5 @@
-"""What may be missing: without each optional part its command says in one line how to get it, and no other needs it."""
+"""What may be missing: without each optional part its command states in one line how to get it, and
+no other needs it."""
 
 import sys
 import tomllib
@@ -10,7 +11,7 @@ from tests.support.paths import EXAMPLES, ROOT
 
 PLATE = EXAMPLES / "plate_bridge.toml"
 # Each extra that users get: the modules that it brings, a command that needs it, and how the
-# command says so.
+# command states so.
 PARTS = {
     "ngspice": (
         ["piezo_harvester_ngspice"],
@@ -41,7 +42,7 @@ PARTS = {
         "pip install 'piezo-harvester[tolerance]'",
     ),
 }
-ANSWERED = {"tolerance"}  # without these the command answers, and says what is missing in it
+ANSWERED = {"tolerance"}  # without these the command answers, and states the missing parts in it
 OF_DEVELOPERS = {"test", "docs", "bench"}
 
 

@@ -99,7 +99,7 @@ def test_long_work_says_so_first(clock, monkeypatch, each, told, screen):
     [(0.02, "tolerance: about 8.3 min in all; fewer runs shortens it\n"), (0.15, "")],
 )
 def test_parts_that_are_alike_say_it_early(clock, monkeypatch, enough, told):
-    """Ten of 500 runs, which are all alike, report how long the whole takes."""
+    """Ten of 500 runs, which are all alike, report how long the whole lasts."""
     monkeypatch.setattr("sys.stderr", where := io.StringIO())
     with Bar("tolerance", shorter="fewer runs", enough=enough) as bar:
         for run in range(1, 12):
@@ -190,7 +190,7 @@ COMMANDS = [
 @pytest.mark.slow
 @pytest.mark.parametrize("args", COMMANDS, ids=lambda args: args[0])
 def test_on_a_terminal(args, tmp_path):
-    """A bar that names what it measures, goes up to the end or nearly, and is gone at the end; then the answer."""
+    """A bar that names what it measures, rises to the end or nearly, and is erased at the end; then the answer."""
     status, screen = on_terminal(*args, cwd=tmp_path)
     assert status == 0, screen
     reports = LEFT.findall(screen)

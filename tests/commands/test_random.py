@@ -75,7 +75,7 @@ def folder(tmp_path_factory):
 
 
 def judged(scene, *arguments):
-    """Ask one command of a scene, and judge what comes."""
+    """Ask one command of a scene, and judge the answer."""
     Path("scene.toml").write_bytes(strategies.written(scene))
     command, *others = arguments
     answer = asked(command, "scene.toml", *others)
@@ -84,7 +84,7 @@ def judged(scene, *arguments):
 
 
 def answered(statuses, least):
-    """Whether at least that share of what was asked had an answer; the rest are refusals, one line each."""
+    """Whether at least that share of the requests had an answer; the rest are refusals, one line each."""
     share = statuses.count(0) / len(statuses)
     assert share > least, f"{share:.0%} of {len(statuses)} have an answer"
 
@@ -282,7 +282,7 @@ ENSEMBLE = ("run", "--engine", "ensemble")
         (
             {"c1": -0.01, "drive": 0.1, "drive_frequency": 1e-50, "mu": 1.0, "beta": 0.1},
             ENSEMBLE,
-            "the shaking repeats after",
+            "the excitation repeats after",
         ),
         (
             {"beta": 0.05, "mu": 2e-3, "c1": -0.01, "D11": 0.01},
@@ -293,7 +293,7 @@ ENSEMBLE = ("run", "--engine", "ensemble")
     ids=["stiff", "stiff exponent", "slow drive", "slow spice"],
 )
 def test_hours_are_a_named_error(keys, arguments, says):
-    """Found here: what would take hours or years begins, and shows nothing."""
+    """Found here: what would need hours or years begins, and shows nothing."""
     Path("scene.toml").write_bytes(strategies.written({"nondimensional": keys}))
     command, *others = arguments
     answer = asked(command, "scene.toml", "--json", *others)

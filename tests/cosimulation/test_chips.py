@@ -120,7 +120,7 @@ def test_hard_cases_of_a_step_down_chip(voc, given, low, high):
 
 
 def test_a_step_up_chip_holds_its_input_and_gives_what_it_says():
-    """The input is at half of what a look saw, and the load gets both efficiencies of a bridge's power there."""
+    """The input is at half of the voltage of a look, and the load gets both efficiencies of a bridge's power there."""
     voc, r = 5.0, 20e3
     t, store, out, vin, power = traces(
         "bq25570",
@@ -208,7 +208,7 @@ def test_efficiency_of_the_output_follows_the_data_sheet(amps, efficiency):
 
 @pytest.mark.parametrize(("share", "low"), [(0.5, 0.9), (2.0, 0.7)])
 def test_self_powered_sshi_against_its_closed_form(share, low):
-    """An upper bound, near at small loads, and far above what a bridge takes at best."""
+    """An upper bound, near at small loads, and far above the power of a bridge at best."""
     voc = 20.0
     cp = CP
     cpeak = 2e-9
@@ -242,7 +242,7 @@ def test_self_powered_sshi_does_not_switch_below_its_drops():
     ],
 )
 def test_their_files_run_by_hand(name, low, high):
-    """The power (mW) that `ngspice -b` prints of each file as it stands."""
+    """The power (mW) that `ngspice -b` prints of each file as it is."""
     path = netlist_folder() / f"{name}.cir"
     said = subprocess.run(
         ["ngspice", "-b", path], capture_output=True, text=True, timeout=60, check=False
@@ -274,7 +274,7 @@ def node_current(volts, end, **given):
 
 
 def test_a_node_takes_the_mean_of_its_table():
-    """Over four cycles of 0.1 s: the trapezoids of the table, and what it takes asleep."""
+    """Over four cycles of 0.1 s: the trapezoids of the table, and the sleep current."""
     t, current = node_current("3", 0.402, every=0.1)
     table = np.array(
         [[0.0, 4e-3], [10e-3, 4e-3], [10.5e-3, 20e-3], [15.5e-3, 20e-3], [16e-3, 2e-6], [0.1, 2e-6]]

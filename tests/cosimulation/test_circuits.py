@@ -232,7 +232,8 @@ def test_voltage_of_the_load(name, share, motion):
 
 @pytest.mark.parametrize("share", [0.3, 1.0, 3.0])
 def test_power_of_the_resistor(share):
-    """P = Voc^2 (w Cp)^2 R/(2 (1 + (w Cp R)^2)), within 1 %: the step here is .1/w, and Gear's rule is off by .6 %."""
+    """P = Voc^2 (w Cp)^2 R/(2 (1 + (w Cp R)^2)), within 1 %: the step here is 0.1/w, and Gear's
+    rule is off by 0.6 %."""
     watts, _ = measured("resistor", share / (W * CP), 0.0)
     assert watts == pytest.approx(VOC**2 * W * CP * share / (2 * (1 + share**2)), rel=0.01)
 
@@ -313,7 +314,7 @@ CHIPS = ("ltc3588", "bq25570", "self_powered_sshi", "node", "sshc")
     ids=lambda p: p.stem,
 )
 def test_netlists_run_by_hand(path):
-    """`ngspice -b` runs every file as it stands; the power it prints is near the closed form in its header."""
+    """`ngspice -b` runs every file as it is; the power it prints is near the closed form in its header."""
     said = subprocess.run(
         ["ngspice", "-b", path], capture_output=True, text=True, timeout=60, check=False
     ).stdout

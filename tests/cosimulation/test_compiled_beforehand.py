@@ -89,7 +89,7 @@ def test_a_worker_goes_ahead_where_there_are_several_cores_and_is_used_or_ended(
 
 @pytest.mark.ngspice
 def test_a_worker_that_finds_no_ngspice_takes_no_further_job(problem, monkeypatch):
-    """The judge of a compiled circuit goes without an answer, and ngspice answers where its library is named again."""
+    """The reference of a compiled circuit has no answer, and ngspice answers where its library is named again."""
     monkeypatch.setattr(worker_pool, "idle_workers", type(worker_pool.idle_workers)())
     engine = hv.Compiled(trajectories=64, duration="0.05s", dt="0.1ms")
     with monkeypatch.context() as nowhere:

@@ -36,7 +36,8 @@ def begun(one, start):
 @pytest.mark.ngspice
 @pytest.mark.parametrize("netlist", ["bridge", "doubler", "parallel_sshi", "series_sshi", "sece"])
 def test_a_run_begins_charged(netlist):
-    """The piezo's and the smoothing capacitor's voltage are those of the start, less what the diodes take at once."""
+    """The piezo's and the smoothing capacitor's voltage are those of the start, less the charge of
+    the diodes at once."""
     one = dataclasses.replace(
         device(Load(netlist=netlist), dataclasses.replace(LINEAR, mu=None)), h=0.01
     )

@@ -196,7 +196,7 @@ class Wrong(NamedTuple):
 
 
 def wrong(**functions):
-    """An object of a class that has them in the place of its own; None takes one away."""
+    """An object of a class that has them in the place of its own; None removes one."""
     kept = {
         name: one
         for name, one in (vars(Wrong) | functions).items()
@@ -238,7 +238,7 @@ BAD = {
 
 @pytest.mark.parametrize("told", BAD)
 def test_bad_input(told):
-    """One line, that names the argument, what it must be and what it was; nothing is run."""
+    """One line, that names the argument, the expected value and the value; nothing is run."""
     given = {
         "model": Wrong(),
         "circuit": "bridge",

@@ -1,4 +1,4 @@
-"""What is known of a response whose search was cut short."""
+"""The known part of a response whose search was cut short."""
 
 import pytest
 

@@ -139,7 +139,7 @@ class Mixed(Compiled):
 
 
 class Unknown(Compiled):
-    """A name that is not defined, on a way that the first call does not take."""
+    """A name that is not defined, on a branch that the first call does not enter."""
 
     def kick(self, s, h, reaction, noise):
         return Motion(s.x, s.v if s.x < 1.0 else undefined(s.v))  # noqa: F821

@@ -32,7 +32,7 @@ def test_numbers_of_modules_are_in_the_key():
 
 
 def test_an_object_is_itself_alone():
-    """The id of an object that is gone may be that of another."""
+    """The id of an object that was deleted may be that of another."""
     keys = set()
     one = object()
     for thing in (one, object(), one):

@@ -28,7 +28,7 @@ IS = 2.52e-9
 N = 1.752
 THERMAL = 0.0258649
 RECTIFIERS = ("bridge", "doubler", "parallel_sshi", "series_sshi", "sece")
-FREE = Equations(beta=0.05, c1=-0.05, n1=0.05)  # E[x^2] = 1 where the voltage is small
+FREE = Equations(beta=0.05, c1=-0.05, n1=0.05)  # E[x^2] = 1 if the voltage is small
 STOP = changed(FREE, restitution=0.96)
 SEED = np.random.SeedSequence(3)
 PLACE = re.compile(r"trouble with|\bat (node|an unnamed node|the piezo|the current)")

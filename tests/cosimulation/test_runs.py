@@ -128,7 +128,7 @@ def test_the_temperature_stands_in_the_circuit(tmp_path):
 
 
 def in_this_very_process(folder):
-    """Where jobs of `ngspice_here` run, before and after one that fails, from a folder and a home with commands."""
+    """If jobs of `ngspice_here` run, before and after one that fails, from a folder and a home with commands."""
     os.chdir(folder)
     os.environ["HOME"] = str(folder)
     pids = []
@@ -145,7 +145,7 @@ def in_this_very_process(folder):
 
 
 def test_a_worker_runs_ngspice_itself_until_it_fails(tmp_path):
-    """With the same path to the last digit; what is in its current folder, or its home, is not run."""
+    """With the same path to the last digit; the content of its current folder, or its home, is not run."""
     (tmp_path / ".spiceinit").write_text("shell touch ran\n")
     process = processes.create()
     try:
@@ -199,7 +199,8 @@ def test_a_refused_circuit_then_a_good_one(bad, says):
 
 
 def test_after_a_fatal_error_a_process_runs_nothing_else():
-    """In one process: the error of the second run says that ngspice is gone and why, not that its circuit is wrong."""
+    """In one process: the error of the second run states that ngspice has ended and why, not that
+    its circuit is wrong."""
 
     def twice(first, second):
         try:
@@ -217,7 +218,7 @@ def test_after_a_fatal_error_a_process_runs_nothing_else():
 
 
 def test_a_hang_is_a_named_error():
-    """A circuit far faster than the vibration needs steps so short that it would take years."""
+    """A circuit far faster than the vibration needs steps so short that it would need years."""
     with pytest.raises(
         CircuitError,
         match=r"stopped at .* came no further than that in 1 s, with steps of \S+e-(09|1)",
@@ -228,7 +229,7 @@ def test_a_hang_is_a_named_error():
 
 @pytest.mark.thorough("test_a_hang_is_a_named_error")
 def test_a_crawl_is_a_hang():
-    """A circuit so fast that a kick takes some seconds: it would end next week."""
+    """A circuit so fast that a kick needs some seconds: it would end next week."""
     fast = 2.0 * np.pi * 3e4 * WEAK.frequency / 0.1  # so many periods to a kick
     with pytest.raises(CircuitError, match="came no further than that in 2 s"):
         run(

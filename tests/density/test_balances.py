@@ -52,7 +52,8 @@ def test_exchange_between_mass_and_circuit(coarse):
 
 
 def test_power_balance_with_impacts():
-    """N1 + N2 E[x^2] = beta mu E[V^2] + c E[x'^2] + what impacts take, on the coarsest mesh of a linear friction."""
+    """N1 + N2 E[x^2] = beta mu E[V^2] + c E[x'^2] + the losses of impacts, on the coarsest mesh of
+    a linear friction."""
     eqs = changed(PAPER, c1=-0.03, c2=None, c3=None, restitution=0.6, n2=0.002)
     setting = settled(eqs, 24.0)
     found = solution(eqs, setting, mesh(eqs, setting.box, RESOLUTIONS[0]), 6)

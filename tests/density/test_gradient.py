@@ -1,4 +1,5 @@
-"""The gradient by the adjoint against differences of solutions, in ten scenes, and what elasticities must add up to."""
+"""The gradient by the adjoint against differences of solutions, in ten scenes, and what normalised
+sensitivities must add up to."""
 
 import dataclasses
 
@@ -40,7 +41,8 @@ MARKS = {name: pytest.mark.slow if name in REMAINING else OTHERS for name in SCE
     "eqs", [pytest.param(eqs, id=name, marks=MARKS[name]) for name, eqs in SCENES.items()]
 )
 def test_gradient_is_that_of_differences(eqs):
-    """To 1e-6 of the largest elasticity, in a coefficient of each scene after the other, on the coarsest mesh."""
+    """To 1e-6 of the largest normalised sensitivity, in a coefficient of each scene after the
+    other, on the coarsest mesh."""
     setting = settled(eqs, 20.0)
     on = mesh(eqs, setting.box, RESOLUTIONS[0])
     base = solution(eqs, setting, on, 5)
@@ -71,8 +73,8 @@ def test_gradient_is_that_of_differences(eqs):
 def test_elasticities_add_up_to_what_units_ask_for(by_formula):
     """Linear scene: twice the noise is twice the power, and with P = M w0^3 l^2 f(...) no unit matters.
 
-    Units of mass, time and charge: the elasticities of the keys times their dimensions are those of
-    a power.  By differences of engine `Exact`, and by the adjoint of the density.
+    Units of mass, time and charge: the normalised sensitivities of the keys times their dimensions
+    are those of a power.  By differences of engine `Exact`, and by the adjoint of the density.
     """
     found = hv.sensitivity("examples/plate.toml", within=1e-3)
     assert found.engine == "exact"

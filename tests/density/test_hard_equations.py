@@ -42,7 +42,7 @@ QUICKER = pytest.mark.thorough("test_a_damped_compliant_stop_with_a_quick_load_i
 @pytest.mark.slow
 @pytest.mark.parametrize("mu", [30.0, *(pytest.param(mu, marks=QUICKER) for mu in (1.0, 1000.0))])
 def test_a_damped_compliant_stop_with_a_quick_load_is_served(mu):
-    """A stop that takes much more energy than the damping, which the first guess of the box does not know.
+    """A stop that dissipates much more energy than the damping, which the first guess of the box does not know.
 
     With a quick load V = x'/mu, so that mu^2 E[V^2] comes near E[x'^2].
     """

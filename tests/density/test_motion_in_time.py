@@ -1,4 +1,5 @@
-"""Marginal densities, hops, first passages and spectra: against closed forms, and against counting."""
+"""Marginal densities, inter-well transitions, first passages and spectra: against closed forms, and
+against counting."""
 
 import math
 
@@ -52,7 +53,7 @@ def test_marginal_densities_of_a_linear_scene_are_gaussian():
 @pytest.mark.thorough("test_spectrum_of_a_linear_scene_is_the_closed_form")
 @pytest.mark.statistics
 def test_voltage_beside_a_stop_is_distributed_as_on_a_path():
-    """The share of the time in each tenth of the range, within the error that half of the terms report."""
+    """The fraction of the time in each tenth of the range, within the error that half of the terms report."""
     found = hv.densities(
         scene(changed(PAPER, c1=-0.05, c2=None, c3=None, n2=None, mu=1.0)), within=1e-3
     )
@@ -123,7 +124,8 @@ def test_hops_are_those_that_a_path_makes():
 @pytest.mark.thorough("test_rate_between_wells_is_that_of_kramers_and_below_it")
 @pytest.mark.statistics
 def test_two_deep_wells_with_a_slow_load_are_forgotten_as_on_a_path():
-    """The side on which the mass is, correlated over 100 and 800 time units; the load pulls it back after a hop."""
+    """The side on which the mass is, correlated over 100 and 800 time units; the load pulls it back
+    after a transition."""
     eqs = Equations(c1=-0.2, beta=0.1, mu=0.05, linear=-1.0, alpha=1.0, n1=0.01)
     # both wells have half of the time
     told = 2.0 * hv.densities(scene(eqs), within=1e-2).hop_rate.value

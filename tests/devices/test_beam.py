@@ -1,4 +1,4 @@
-"""Beams by their geometry: the published bimorph, limits in closed form, and one line for what cannot be."""
+"""Beams by their geometry: the published bimorph, limits in closed form, and one line for the impossible."""
 
 import dataclasses
 import json

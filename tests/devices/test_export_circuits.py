@@ -14,7 +14,8 @@ FIRST_WAKE = 0.15  # s: until then the chip's converter stands still
     ("name", "most"), [("bridge", 1e-3), ("bridge and stop", 0.02), ("chip", 0.01)]
 )
 def test_voltage_of_the_store(name, most):
-    """From an empty store, relative RMS: 0.1 % with a bridge, 2 % with a stop, 1 % over the first cycles of a chip.
+    """From an empty storage capacitor, relative RMS: 0.1 % with a bridge, 2 % with a stop, 1 % over
+    the first cycles of a chip.
 
     For the chip 0.1 % until it wakes for the first time; after that the two wake at slightly
     different times.

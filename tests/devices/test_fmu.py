@@ -100,7 +100,8 @@ print(json.dumps(events))
     ("scene", "most"), [("plate_harmonic_stop.toml", 1e-9), ("plate_two_stops.toml", 1e-3)]
 )
 def test_ledger(scene, most):
-    """What the shaking gives is what is taken and stored: with located impacts to rounding, with noise to 0.1 %."""
+    """What the shaking gives is what is dissipated and stored: with located impacts to rounding,
+    with noise to 0.1 %."""
     found = fmu.run(
         fmu.built(scene),
         """

@@ -1,4 +1,5 @@
-"""FMUs with an ideal circuit inside: the energy balance, and where the energy goes, beside other ways to compute it."""
+"""FMUs with an ideal circuit inside: the energy balance, and where the energy flows, beside other
+ways to compute it."""
 
 import numpy as np
 import pytest
@@ -53,7 +54,8 @@ def scene_of(tmp_path_factory):
     ],
 )
 def test_ledger(scene_of, name):
-    """What the base gives is taken and stored to 1e-4, as with a resistor on the same grid; 1.8e-5 was observed."""
+    """The energy of the base is dissipated and stored to 1e-4, as with a resistor on the same grid;
+    1.8e-5 was observed."""
     found = fmu.run(fmu.built(scene_of(name)), END)
     taken = (
         found["load_energy"]

@@ -103,7 +103,7 @@ def test_a_bridge_has_the_path_of_cosimulate(tmp_path):
 
 
 def test_an_electrical_port_an_input_and_states(tmp_path):
-    """A resistance outside is that inside; an acceleration as an input moves the mass; states go on alike."""
+    """A resistance outside is that inside; an acceleration as an input moves the mass; states continue alike."""
     start = Place(5e-3, 0.0)
     given = {"port": PIEZO, "start": start, "step": "2 ms"}
     (tmp_path / "inside").mkdir()

@@ -116,7 +116,7 @@ def test_boards_and_chips(name):
 
 
 def test_ledger_with_impacts(struck):
-    """What the base gives is lost or stored to 1e-4, of which the load has a part; 1.8e-5 was observed."""
+    """The energy of the base is lost or stored to 1e-4, of which the load has a part; 1.8e-5 was observed."""
     found = fmu.run(
         fmu.built(str(struck), circuit="netlist"),
         """
@@ -194,7 +194,7 @@ print(json.dumps(shown(one, "power", "load_current")))
 
 
 def test_the_stored_energy_is_that_beside_the_netlist(struck):
-    """The description says so, and a charged store does not count, also that of an ideal circuit."""
+    """The description states so, and a charged store does not count, also that of an ideal circuit."""
     code = """
 stored = next(v for v in described.modelVariables if v.name == "stored_energy")
 one = begun(opened(), initial__store_voltage=3.0)

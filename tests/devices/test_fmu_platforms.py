@@ -20,7 +20,7 @@ pytest.importorskip("fmpy")
 pytest.importorskip("ziglang")
 pytestmark = pytest.mark.slow
 
-# By the ending of the file: magic number; where the processor is named, and how; libraries that may be needed
+# By the ending of the file: magic number; if the processor is named, and how; libraries that may be needed
 FORMATS = {
     ("so", "x86_64"): (b"\x7fELF", 18, b"\x3e\x00", {b"libc.so.6", b"libm.so.6"}),
     ("so", "aarch64"): (b"\x7fELF", 18, b"\xb7\x00", {b"libc.so.6", b"libm.so.6"}),

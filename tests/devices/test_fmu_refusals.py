@@ -1,4 +1,4 @@
-"""What an FMU and its export refuse: each with a status of the standard or one line, and nothing crashes or hangs."""
+"""Refusals of an FMU and its export: each with a status of the standard or one line, and nothing crashes or hangs."""
 
 import math
 from typing import NamedTuple

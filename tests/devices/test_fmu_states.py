@@ -1,4 +1,4 @@
-"""States of FMUs whose numbers were changed while they were saved: each is refused, and the instance goes on."""
+"""States of FMUs whose numbers were changed while they were saved: each is refused, and the instance continues."""
 
 import runpy
 

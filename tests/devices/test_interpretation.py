@@ -1,4 +1,4 @@
-"""What the numbers of a scene mean is true: coupling, share of the power, engines."""
+"""What the numbers of a scene mean is true: coupling, fraction of the power, engines."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from tests.support.paths import EXAMPLES
     ("coupling", "how"), [("1e-3 N/V", "strong"), ("1e-4 N/V", "medium"), ("3e-5 N/V", "weak")]
 )
 def test_coupling(coupling, how):
-    """From `strong_from` on a resistor takes (M a)^2/(8 c) on a harmonic base at its best frequency, and not before."""
+    """From `strong_from` on a resistor draws (M a)^2/(8 c) on a harmonic base at its best frequency, and not before."""
     found = meaning(problem_of({**SHEET, "coupling": coupling})).facts
     assert found["coupling"] == how
     c = 0.008

@@ -14,7 +14,7 @@ from tests.support.systems import lyapunov
 
 
 def test_stop_without_noise_or_with():
-    """Variances by the Lyapunov equation; the drive's amplitude by the linear system."""
+    """Variances by the Lyapunov equation; the excitation's amplitude by the linear system."""
     eqs = Equations(beta=0.7, mu=0.6, c1=-0.1, n1=0.3, drive=2.0, drive_frequency=1.3)
     assert variances(eqs) == pytest.approx(np.diag(lyapunov(eqs))[:2])
     x = np.linalg.solve(1.3j * np.eye(3) - flow(eqs), np.array([0.0, eqs.drive, 0.0]))

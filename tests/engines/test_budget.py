@@ -1,4 +1,4 @@
-"""A budget bounds every engine, whose kernels are compiled ahead, and the study of what accuracy costs.
+"""A budget bounds every engine, whose kernels are compiled ahead, and the study of the cost of accuracy.
 
 The CPU time of this process is bounded, a core each, which other programs on the machine do
 not change; it is below the time that passes.

@@ -40,7 +40,7 @@ def test_a_filter_behind_a_bridge_is_no_chip(tmp_path):
 
 
 def test_engines_for_a_netlist(tmp_path):
-    """Others follow where the first one misses the target."""
+    """Others follow if the first one misses the target."""
     bridge = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
     chosen = hv.Cheapest(within=0.01)
     assert chosen._for_netlist(Problem(bridge)) == [Spice, Compiled]
@@ -150,7 +150,7 @@ def test_needed_seconds_are_those_of_the_last_look():
 
 @pytest.mark.ngspice
 def test_a_tolerance_of_ngspice_that_is_too_large_is_made_smaller(monkeypatch, bridge):
-    """Once the runs show it, they begin again with a tenth, and the answer says so; a given one stays."""
+    """Once the runs show it, they begin again with a tenth, and the answer states so; a given one stays."""
     said = warning("needs_smaller_tolerance", within=0.2, error=0.3, reltol=1e-5)
     found = []
 
@@ -169,7 +169,7 @@ def test_a_tolerance_of_ngspice_that_is_too_large_is_made_smaller(monkeypatch, b
 
 
 def test_a_target_that_gives_up():
-    """At twice the budget: the seconds that sampling took so far count, not those of the burn-in."""
+    """At twice the budget: the seconds of sampling so far count, not those of the burn-in."""
     value = hv.Value(1.0, 0.05)
     target = Target(0.01, budget=10.0, sampling_seconds=0.1, gives_up=True)
     assert target.more_seconds(value) == pytest.approx(0.1 * (9.8**2 - 1.0))

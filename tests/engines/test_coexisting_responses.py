@@ -1,4 +1,5 @@
-"""Several responses to one steady drive: found from many starts, named, each with its own mean."""
+"""Several responses to one steady excitation: found from many starts, named, each with its own
+mean."""
 
 import importlib
 import math
@@ -180,7 +181,8 @@ def test_ngspice_follows_the_doubler_to_the_other_well(tmp_path):
 @pytest.mark.thorough("test_a_bistable_beam_has_three")
 @pytest.mark.parametrize(("henries", "told"), [("2 H", True), ("0.05 H", False)])
 def test_a_slow_switching_is_told(henries, told):
-    """SECE at 50 Hz with its default coil: 0.45 ms of 10 ms, and 5 % more power than in ngspice."""
+    """SECE at 50 Hz with its default inductor: 0.45 ms of 10 ms, and 5 % more power than in
+    ngspice."""
     load = bimorph(
         f'R = "100 kohm", C = "0.2 uF", L = "{henries}"',
         "0.4 g",

@@ -1,4 +1,4 @@
-"""Engine `compiled`: a bridge agrees with the closed form of ideal diodes, and ngspice says how far it can be off."""
+"""Engine `compiled`: a bridge agrees with the closed form of ideal diodes, and ngspice states how far it can be off."""
 
 import dataclasses
 import math
@@ -23,7 +23,7 @@ from tests.support.netlists import BRIDGE, STORE, on_plate
 @pytest.mark.ngspice
 @pytest.mark.parametrize("drive", [{}, {"frequency": "3.2 Hz", "acceleration_amplitude": "0.01 g"}])
 def test_a_bridge_is_that_of_engine_ideal(tmp_path, drive):
-    """Ideal diodes leave out what is below 0.3 % of the power; both are on seeds of their own."""
+    """Ideal diodes leave out effects below 0.3 % of the power; both are on seeds of their own."""
     scene = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
     scene = dataclasses.replace(scene, excitation=dataclasses.replace(scene.excitation, **drive))
     ours = hv.Compiled(within="5%", seed=1).run(scene)
@@ -134,7 +134,8 @@ def test_a_response_of_two_modes_is_judged_by_ngspice(tmp_path):
 
 
 def test_a_difference_that_has_not_come_yet_is_counted_whole():
-    """A store that charges for longer than the runs: a part of the difference is seen."""
+    """A storage capacitor that charges for longer than the runs: a part of the difference is
+    seen."""
     slow, quick = (SimpleNamespace(memory=memory) for memory in (1000.0, 20.0))
     assert difference_come(68.0, slow) == pytest.approx(1.0 - math.exp(-0.1))
     assert difference_come(300.0, quick) > 0.999
@@ -142,7 +143,7 @@ def test_a_difference_that_has_not_come_yet_is_counted_whole():
 
 @pytest.mark.ngspice
 def test_a_target_leaves_room_for_the_difference(tmp_path, monkeypatch):
-    """A difference of half of the target takes four times the sampling; one beyond it is told."""
+    """A difference of half of the target needs four times the sampling; one beyond it is told."""
     scene = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
     answers = []
     for difference in (0.005, 0.03):

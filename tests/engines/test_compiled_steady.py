@@ -1,4 +1,4 @@
-"""Engine `compiled` under a steady drive: the periodic response is ngspice's, at a fraction of its periods."""
+"""Engine `compiled` under a steady excitation: the periodic response is ngspice's, at a fraction of its periods."""
 
 import numpy as np
 import pytest
@@ -116,7 +116,8 @@ LONG_CHARGED = {"netlist": "parallel_sshi", "parameters": {"R": "272 kohm", "C":
 
 @pytest.mark.slow
 def test_sampling_that_nobody_bounds_is_refused_where_it_would_take_minutes(monkeypatch):
-    """Parallel SSHI whose store needs 750 periods to charge, where going from period to period leads nowhere."""
+    """Parallel SSHI whose storage capacitor needs 750 periods to charge, where iterating the periods does
+    not converge."""
     monkeypatch.setattr("harvester.engines.compiled.LONGEST_SAMPLING", 2.0)
     monkeypatch.setattr("harvester.engines.compiled_steady.steady_answer", lambda *_: (None, None))
     with pytest.raises(hv.SimulationError, match="`budget` of more than"):

@@ -74,7 +74,7 @@ def test_elements_beside_a_coil_are_those_of_ngspice():
 @pytest.mark.thorough("test_what_is_not_told_is_refused_before_anything_is_computed")
 @pytest.mark.ngspice
 def test_under_noise_the_probe_of_the_load_is_the_answer(tmp_path):
-    """To within both errors of sampling, which the answer's own power, as control variate, makes alike."""
+    """To within both sampling errors, which the answer's own power, as control variate, makes alike."""
     scene = replace(on_plate(tmp_path, BODY), stop=hv.Stop(restitution=0.9))
     answer = hv.Compiled(probe=("p(load)", "v(p)"), trajectories=128, duration="10s").run(scene)
     load = answer.probes["p(load)"].mean

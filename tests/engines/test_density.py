@@ -1,4 +1,4 @@
-"""Engine `density`: its answers with their errors, when it is chosen, and what it refuses."""
+"""Engine `density`: its answers with their errors, when it is chosen, and its refusals."""
 
 import math
 

@@ -50,7 +50,7 @@ def test_linear_scene_in_spice_and_ensemble(beta, mu):
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_paper_scene_in_spice():
-    """E[V^2] = .0881 within 1 %, and the power balance, in ngspice: a few runs beside the cheap model tell half."""
+    """E[V^2] = 0.0881 within 1 %, and the power balance, in ngspice: a few runs beside the cheap model tell half."""
     answer = hv.Spice(within=0.01, seed=3).run(scene(PAPER))
     value, error = pair(answer.mean_square_voltage)
     assert error < 0.005 * value
@@ -80,14 +80,14 @@ def test_identities_in_spice():
         for values in (moments.V, moments.vV - eqs.mu * moments.V2):
             assert abs(z(mean_and_error(values), 0.0)) < 4
         difference, error = mean_and_error(moments.xV - moments.V2)
-        # holds path by path: the step's bias is what is left
+        # holds path by path: the step's bias is the remainder
         assert abs(difference) < 4 * error + 1e-3 * v2
         assert abs(z(mean_and_error(moments.balance(eqs)), 0.0)) < 4
 
 
 @pytest.mark.slow
 def test_strong_impacts_leave_the_step_in_the_power_balance():
-    """It is stated, falls with the step, and with the sampling error covers what the balance is off by."""
+    """It is stated, falls with the step, and with the sampling error covers the deviation of the balance."""
     strong = scene(changed(PAPER, restitution=0.37))
     default, quarter = (
         hv.Ensemble(dt=dt, trajectories=8192, duration=150.0).run(strong).details
@@ -112,7 +112,7 @@ def test_published_is_four_times_too_high_with_the_stop():
 
 
 def test_published_is_no_such_thing_in_open_circuit():
-    """V begins with x there and keeps that mean, which the harmonic V has, too: 4 % above the ensemble's 0.3523."""
+    """V begins with x there and keeps that mean, which the harmonic V has as well: 4 % above the ensemble's 0.3523."""
     published = hv.Published().run(scene(changed(PAPER, mu=None)))
     assert published.mean_square_voltage.value == pytest.approx(0.3523, rel=0.05)
     assert "variance of V about that mean" in str(published.warnings[0])
@@ -308,7 +308,7 @@ def test_every_answer_warns_of_values_that_no_device_has():
     ],
 )
 def test_what_an_engine_does_not_know_is_refused_by_name(changes, name, refusing):
-    """By those that do not, naming one that does; the ensemble serves everything; the effects are named."""
+    """By those that do not, naming one that does; the ensemble supports everything; the effects are named."""
     problem = Problem(given := scene(changed(PAPER, **changes)))
     for engine in refusing:
         with pytest.raises(
@@ -462,7 +462,7 @@ def test_scenes_without_load_or_noise():
 
 
 def test_a_formula_says_where_it_is_not_within():
-    """--within on a formula: silent where its stated error is smaller, else a warning; published never knows."""
+    """--within on a formula: silent if its stated error is smaller, else a warning; published never knows."""
     told = "cannot be guaranteed"
     assert not any(told in str(w) for w in hv.Averaged(within=0.01).run(scene(PAPER)).warnings)
     assert any(told in str(w) for w in hv.Averaged(within=0.001).run(scene(PAPER)).warnings)
@@ -488,7 +488,7 @@ def test_a_mass_that_does_not_move_takes_no_power():
 
 
 def test_a_theory_names_exact_for_a_linear_scene():
-    """It is the default there, and has no error but rounding; not where the scene is not linear."""
+    """It is the default there, and has no error but rounding; not if the scene is not linear."""
     driven = scene(changed(linear(0.05, 1.0), drive=1.0, drive_frequency=1.0))
     assert not hv.Exact.refusal(Problem(driven))
     assert str(hv.Averaged.refusal(Problem(driven))).endswith(
@@ -512,7 +512,8 @@ def test_a_large_storage_capacitor_is_named_as_the_cause():
     "engine", [hv.Ideal, hv.Compiled, pytest.param(hv.Spice, marks=pytest.mark.ngspice)]
 )
 def test_a_coupling_that_asks_for_too_short_a_step_is_refused_at_once(engine):
-    """382 N/V, a slip of the prefix: the first steps of the circuit, before any burn-in, took minutes in any budget."""
+    """382 N/V, a slip of the prefix: the first steps of the circuit, before any burn-in, lasted
+    minutes in any budget."""
     bridge = hv.Load(netlist="bridge", parameters={"R": "1M", "C": "10uF"})
     strong = PLATE.replace(load=bridge).vary("piezo.coupling", 382.0)
     begin = time.process_time()

@@ -117,7 +117,7 @@ def test_amplitudes_of_several_modes():
 
 
 def test_chaos_and_several_responses_have_no_one_amplitude():
-    """Two wells, between which the mass goes without coming back."""
+    """Two wells, between which the mass moves once and does not return."""
     wells = hv.Nondimensional(
         c1=-0.1, alpha=1.0, linear=-1.0, beta=0.01, mu=1.0, drive=0.35, drive_frequency=1.2
     )

@@ -1,4 +1,4 @@
-"""The error that engine `ideal` states of its elements covers what the compiled circuit and ngspice find."""
+"""The error that engine `ideal` states of its elements covers the answers of the compiled circuit and ngspice."""
 
 import dataclasses
 
@@ -19,7 +19,8 @@ DRIVEN = hv.Scene(
 
 @pytest.mark.slow
 def test_the_error_of_ideal_diodes_is_measured():
-    """A bridge at some volts: less than .3 % beside the .5 % of the judge, which is more than a target of .1 %."""
+    """A bridge at some volts: less than 0.3 % beside the 0.5 % of the reference, which is more than
+    a target of 0.1 %."""
     answer = hv.Ideal(seed=1, trajectories=128, duration=4.0, within="0.1%", dt=3e-3).run(BRIDGE)
     assert has(answer.warnings, "elements_beyond")
     power = answer.mean_power
@@ -54,7 +55,7 @@ def test_of_weak_shaking_it_is_large():
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_a_slow_switching_is_in_the_error():
-    """Under a sinusoid a coil that takes a tenth of half a period: 8 % more power than ngspice has."""
+    """Under a sinusoid an inductor that takes a tenth of half a period: 8 % more power than ngspice has."""
     ideal, ngspice = (one.run(DRIVEN).mean_power for one in (hv.Ideal(), hv.Spice(within="1%")))
     assert abs(ideal.value - ngspice.value) > 0.04 * ngspice.value
     assert abs(ideal.value - ngspice.value) < ideal.error95 + ngspice.error95

@@ -1,4 +1,5 @@
-"""The most that a device can take of its shaking: no scene exceeds it, some reach it, and an answer above says so."""
+"""The most that a device can draw from its excitation: no scene exceeds it, some reach it, and an
+answer above states so."""
 
 import math
 
@@ -117,7 +118,7 @@ def test_a_drive_gives_all_of_it_to_the_best_load():
 
 
 def random_scenes(count=300, seed=8):
-    """Linear scenes under every shaking, and stops, cubic springs and friction under noise or a drive."""
+    """Linear scenes under every excitation, and stops, cubic springs and friction under noise or a drive."""
     rng = np.random.default_rng(seed)
 
     def between(low, high):

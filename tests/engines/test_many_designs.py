@@ -94,7 +94,7 @@ def test_unlike_scenes_in_one_call():
 
 @pytest.mark.parametrize("netlist", ["bridge", "parallel_sshi"])
 def test_ideal_circuits(netlist):
-    """Circuits of ideal elements run side by side without the judge of each point."""
+    """Circuits of ideal elements run side by side without the reference of each point."""
     load = hv.Load(netlist=netlist, parameters={"R": "1 Mohm", "C": "20 nF"})
     plate = hv.load("examples/plate_with_stop.toml").with_load(load)
     scenes = [plate.varied({"load.parameters.R": r}) for r in (3e5, 1e6)]
@@ -105,7 +105,7 @@ def test_ideal_circuits(netlist):
 
 
 def test_who_runs_side_by_side():
-    """No batch for a budget, a fixed step, several wells or a steady drive."""
+    """No batch for a budget, a fixed step, several wells or a steady excitation."""
     problem = Problem(scene(**SCENES["stop"]))
     assert many_at_once(hv.Ensemble(within="1%"), problem) == 64
     assert many_at_once(hv.Ensemble(), problem) == 2

@@ -1,4 +1,4 @@
-"""Means that noise of the stiffness takes away: stated before the run, by every engine alike."""
+"""Means that parametric noise destroys: stated before the run, by every engine alike."""
 
 import dataclasses
 import statistics
@@ -21,7 +21,7 @@ def device(D22, restitution=None, beta=0.05, c1=-0.05):
 
 @pytest.mark.parametrize("name", ["published", "averaged", "ensemble", "spice", "cheapest"])
 def test_no_engine_computes_a_mean_that_does_not_exist(name):
-    """The scene of which `ensemble` made a mean for ever; it takes no compilation and no ngspice to state so."""
+    """The scene of which `ensemble` made a mean for ever; it needs no compilation and no ngspice to state so."""
     begin = time.perf_counter()
     options = {"within": "1%"} if name == "cheapest" else {}
     with pytest.raises(
@@ -76,7 +76,7 @@ def test_a_sweep_goes_on_beside_a_point_without_a_mean():
 
 
 def test_what_may_be_missing():
-    """Variance lost, mean perhaps lost (a bridge takes nobody knows how much), nothing lost."""
+    """Variance lost, mean perhaps lost (a bridge draws an unknown amount), nothing lost."""
     lost = existence(Problem.of(device(0.07, restitution=0.95)))
     assert lost.warning.code == "variance_missing" and lost.warning.numbers["surely"]
     assert lost.unknown == "motions too large and rare for a sample"

@@ -1,4 +1,4 @@
-"""A response to a steady drive that does not repeat: the answer of sampled runs, or its refusal, names a cause."""
+"""A response to a steady excitation that does not repeat: the answer of sampled runs, or its refusal, names a cause."""
 
 import pytest
 
@@ -25,7 +25,7 @@ NEGATIVE = f"{LOAD}\nB1 OUT 0 I=1e-9*v(OUT)^3"
 
 
 def scene(folder, store, load, **oscillator):
-    """The device of 8 g at 60 Hz, with a bridge, its store and its load."""
+    """The device of 8 g at 60 Hz, with a bridge, its storage capacitor and its load."""
     path = folder / "board.cir"
     path.write_text(BRIDGE.format(store=store, load=load))
     return hv.Scene(

@@ -1,7 +1,7 @@
-"""Every circuit, every shaking, and every spring or stop at least once, against ngspice alone with the whole device.
+"""Every circuit, every excitation, and every spring or stop at least once, against ngspice alone with the whole device.
 
 The references are those of `python benchmarks/products.py NAME`, such as ``bridge harmonic gap``,
-which goes through all of them: mean power and its doubt (mW).
+which runs through all of them: mean power and its doubt (mW).
 """
 
 import dataclasses

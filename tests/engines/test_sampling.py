@@ -1,4 +1,4 @@
-"""Whether trajectories under a steady drive agree: by the voltage, and by what the power is made of."""
+"""Whether trajectories under a steady excitation agree: by the voltage, and by the parts of the power."""
 
 from types import SimpleNamespace
 

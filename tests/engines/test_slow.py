@@ -31,9 +31,9 @@ from tests.support.paths import EXAMPLES
 # Mean power (W) of whole cycles, and what ngspice itself changes by from steps of 50 us to 20 us,
 # or by its reltol.
 NGSPICE = {"ltc3588": (183.465e-6, 0.3e-6), "bq25570": (71.053e-6, 1.3e-6)}
-# When the store of examples/bimorph_node.toml has a voltage (s): just before its output begins, and
-# with the node on. At steps of 50 us it has them .2 ms later and 1.8 ms sooner; at a reltol of 1e-4
-# ngspice stops at 1.634 s.
+# When the storage capacitor of examples/bimorph_node.toml has a voltage (s): just before its output
+# begins, and with the node on. At steps of 50 us it has them 0.2 ms later and 1.8 ms sooner; at a
+# reltol of 1e-4 ngspice stops at 1.634 s.
 NODE = {"5 V": 1.6298, "10 V": 10.0871}
 # Of an LTC3588 at another shaking or store, and on examples/bimorph_sensor.toml, at 20 us and
 # reltol 1e-4 (24 November 2026).
@@ -115,7 +115,7 @@ def test_the_store_of_a_node_behind_a_chip_has_a_voltage_when_it_has_it_in_ngspi
 
 
 def under_noise(chip, store, cout="10 uF"):
-    """The chip's example with a store, under the noise of docs/charging.md."""
+    """The chip's example with a storage capacitor, under the noise of docs/charging.md."""
     scene = hv.load(EXAMPLES / f"bimorph_{chip}.toml").vary("load.parameters.C", store)
     scene = scene.vary("load.parameters.Cout", cout)
     return dataclasses.replace(scene, excitation=hv.Excitation(acceleration_psd="0.002 g^2/Hz"))
@@ -123,7 +123,7 @@ def under_noise(chip, store, cout="10 uF"):
 
 # Mean power (W) under noise by direct runs and its standard error: `run --engine compiled
 # --trajectories 64`, of the third with --duration 48s; of the first also by ngspice, `run --engine
-# spice`, with its whole error (25 Nov 2026).
+# spice`, with its total error (25 Nov 2026).
 DIRECTLY = [
     ("ltc3588", "10 uF", "10 uF", 201.3e-6, 0.8e-6),
     ("ltc3588", "100 uF", "10 uF", 202.70e-6, 0.14e-6),
@@ -134,7 +134,7 @@ IN_NGSPICE = 198.7e-6, 9.9e-6
 
 @pytest.mark.slow
 def test_a_chip_under_noise_takes_what_it_takes_in_direct_runs():
-    """Its error is whole: sampling, step and model; the store goes between the lockout's thresholds."""
+    """Its error is whole: sampling, step and model; the storage capacitor cycles between the lockout's thresholds."""
     chip, store, cout, power, stderr = DIRECTLY[0]
     found = hv.run(under_noise(chip, store, cout))
     assert found.engine == "slow" and not found.warnings
@@ -162,10 +162,10 @@ def test_more_chips_under_noise_take_what_they_take_in_direct_runs(
 @pytest.mark.slow
 @pytest.mark.ngspice
 def test_a_chip_whose_store_is_not_slow_under_noise_runs_directly(monkeypatch):
-    """A store of 0.47 uF is full within two vibrations.
+    """A storage capacitor of 0.47 uF is full within two vibrations.
 
-    Taking the scales apart changes the power by 2 %, which its error holds; where that is more than
-    is borne, mass and circuit run together, and the answer says so.
+    Taking the scales apart changes the power by 2 %, which its error holds; if that is more than
+    is borne, mass and circuit run together, and the answer states so.
     """
     scene = under_noise("ltc3588", "0.47 uF")
     beside = hv.run(scene, "compiled", trajectories=64, seed=1).mean_power
@@ -274,7 +274,7 @@ def of_scales_not_apart(monkeypatch, direct):
 
 
 def test_a_direct_run_that_fails_leaves_the_answer_of_the_slow_circuit(monkeypatch):
-    """With its whole error, which the warning explains; the quick answer has none."""
+    """With its total error, which the warning explains; the quick answer has none."""
     found = of_scales_not_apart(monkeypatch, None)
     power = found.mean_power
     assert power.value == pytest.approx(1e-4) and power.error95 == pytest.approx(9.92e-6)
@@ -305,7 +305,7 @@ def test_a_quick_answer_states_a_missed_target():
 
 
 def test_a_quick_answer_under_noise_names_all_that_it_does_not_know(monkeypatch):
-    """Sampling and step, and motions that are rare; each answer says so, judged or not."""
+    """Sampling and step, and motions that are rare; each answer states so, judged or not."""
     scene = under_noise("ltc3588", "10 uF")
     assert hv.Slow().quick(scene).mean_power.unknown == QUICK_UNDER_NOISE
     assert "sampling, the time step" in QUICK_UNDER_NOISE

@@ -1,4 +1,5 @@
-"""Hops between unlike wells that are too rare to wait for: an answer at once, with their rate and an honest error."""
+"""Transitions between unlike wells that are too rare to wait for: an answer at once, with their
+rate and an honest error."""
 
 import pytest
 

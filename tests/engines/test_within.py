@@ -12,9 +12,9 @@ from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from tests.support.systems import PAPER, PAPER_V2, linear, linear_v2, scene
 
 STOP = hv.load("examples/plate_with_stop.toml")
-STOP_POWER = 8.3344e-6, 0.003e-6  # W, by `ensemble` within .1 %
+STOP_POWER = 8.3344e-6, 0.003e-6  # W, by `ensemble` within 0.1 %
 BRIDGE = hv.load("examples/plate_bridge.toml")
-BRIDGE_POWER = 7.7215e-6, 0.006e-6  # W, by `spice` within .1 %
+BRIDGE_POWER = 7.7215e-6, 0.006e-6  # W, by `spice` within 0.1 %
 BOUNCING = dataclasses.replace(BRIDGE, stop=hv.Stop(restitution=0.96))
 # W, by 28 seeds of `spice` at half of the step and a tenth of the tolerance
 BOUNCING_POWER = 6.482e-6, 0.008e-6
@@ -102,7 +102,7 @@ def test_a_loose_target_takes_few_runs_of_ngspice():
 
 @pytest.mark.ngspice
 def test_a_budget_that_is_too_small():
-    """It ends in time, states what it has reached, and what it would take."""
+    """It ends in time, states the error it has reached and the time it would need."""
     answer = hv.Ensemble(within=1e-5, budget=0.5).run(scene(PAPER))
     assert answer.seconds < 2.0
     assert "was not reached in 0.5 s" in str(answer.warnings[-1])

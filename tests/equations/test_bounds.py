@@ -1,4 +1,4 @@
-"""Growth without bound is found before anything runs where the equations are linear, and no step is too long for it."""
+"""Growth without bound is found before anything runs if the equations are linear, and no step is too long for it."""
 
 import numpy as np
 import pytest

@@ -101,7 +101,7 @@ def test_round_trip(eqs, stops, device):
 
 
 def test_plate_by_hand():
-    """The 40 g plate: w0 = sqrt(16/.04), beta = 1e-6/(16 x 50.2e-9), mu = 1/(1e6 x 50.2e-9 x 20), 2 zeta = 0.008."""
+    """The 40 g plate: w0 = sqrt(16/0.04), beta = 1e-6/(16 x 50.2e-9), mu = 1/(1e6 x 50.2e-9 x 20), 2 zeta = 0.008."""
     eqs, s = equations(PLATE), scales(PLATE)
     assert s.frequency == pytest.approx(20.0, rel=1e-12)
     assert eqs.beta == pytest.approx(1.2450, abs=5e-5)
@@ -208,7 +208,7 @@ def test_zero_is_absent():
 
 
 def test_noise_intensities():
-    """n1 = eps1^2 D11, n2 = eps2^2 D22, n12 = eps1 eps2 D12; eps is 1 where it is left out."""
+    """n1 = eps1^2 D11, n2 = eps2^2 D22, n12 = eps1 eps2 D12; eps is 1 if it is left out."""
     table = Nondimensional(eps1=2, eps2=-3, D11=0.1, D22=0.2, D12=0.05)
     eqs = equations(Scene(nondimensional=table))
     assert (eqs.n1, eqs.n2, eqs.n12) == pytest.approx((0.4, 1.8, -0.3), rel=1e-12)

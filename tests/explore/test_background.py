@@ -29,7 +29,7 @@ BALL = {"mass": "2 g", "room": "0.4 mm", "restitution": 0.7, "tilt": 30}
     "ball", [None, pytest.param(BALL, marks=pytest.mark.thorough("test_the_answer_is_the_engines"))]
 )
 def test_the_answer_is_the_engines(ball):
-    """With a ball as well, which has no knobs."""
+    """With a ball as well, which has no sliders."""
     told = queue.Queue()
     draft = first()
     if ball is not None:

@@ -128,7 +128,7 @@ def test_every_control_moves(other, url):
 
 
 def clicked(switch):
-    """Click a switch that is there to be seen, unless what was clicked before takes it away meanwhile."""
+    """Click a switch that is there to be seen, unless what was clicked before removes it meanwhile."""
     if switch.is_visible():
         # clear of the picture, which stays on top
         switch.evaluate("one => one.scrollIntoView({block: 'end'})")
@@ -144,7 +144,7 @@ def fits(page):
 
 
 def test_wrong_input_is_one_line(visit):
-    """It names the key and what it must be; the last good picture stays, and the next good value is taken."""
+    """It names the key and the expected value; the last good picture stays, and the next good value is accepted."""
     good = visit.power()
     for key, text, told in (
         ("load.resistance", "many", "load.resistance must be a load resistance"),
@@ -239,7 +239,7 @@ def test_the_headline_of_a_switched_circuit_is_what_run_says(visit, circuit):
 
 
 def test_a_chip_has_its_power_and_its_thresholds(browser, url):
-    """By a link, from a scene of its own: as `run` states, with the share of the time that its load is on."""
+    """By a link, from a scene of its own: as `run` states, with the fraction of the time that its load is on."""
     draft = Draft.read(ROOT / "examples" / "bimorph_ltc3588.toml")
     own = hv.run(draft.scene())
     one = Visit(browser, f"{url}?scene={links.held(draft)}")
@@ -342,7 +342,7 @@ def test_nothing_without_the_token(url):
 
 
 def test_without_panel(harvester, monkeypatch):
-    """What is missing and how to get it, in one line; a wrong scene is reported first."""
+    """The missing parts and how to get them, in one line; a wrong scene is reported first."""
     monkeypatch.setitem(sys.modules, "panel", None)
     assert harvester("explore") == (2, "", WITHOUT)
 
@@ -373,12 +373,12 @@ def test_interrupted_while_kernels_are_compiled(browser, tmp_path, monkeypatch):
 
 
 def test_interrupted(served):
-    """^C ends it at once, as it says, and without a traceback.  The last test here: nothing is served after it."""
+    """^C ends it at once, as it states, and without a traceback.  The last test here: no page is there after it."""
     program, address = served
     assert address.startswith("http://127.0.0.1:")
     os.set_blocking(program.stderr.fileno(), False)
     with contextlib.suppress(BlockingIOError):
-        # what it said of the pages that were closed, and refused
+        # what it stated of the pages that were closed, and refused
         while os.read(program.stderr.fileno(), 65536):
             pass
     os.set_blocking(program.stderr.fileno(), True)

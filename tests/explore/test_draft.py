@@ -1,4 +1,4 @@
-"""The draft of a page: every key has its knob, every scene is the same after it, and what is wrong is one line."""
+"""The draft of a page: every key has its slider, every scene is the same after it, and what is wrong is one line."""
 
 from dataclasses import replace
 
@@ -95,7 +95,7 @@ def test_effects_are_absent_or_present():
             if (
                 effect.fixed
                 or any("file" in key for key in effect.keys)
-                or "shaking by name" in (effect.needs, effect.label)
+                or "excitation by name" in (effect.needs, effect.label)
                 or effect.label.lower() == "coupling of x^2"  # a scene with a stop refuses it
             ):
                 continue
@@ -120,7 +120,7 @@ def test_a_record_that_is_not_there():
 
 
 def test_another_circuit():
-    """The resistance goes along; the netlist's parameters get knobs; back again nothing is left of them."""
+    """The resistance stays; the netlist's parameters get sliders; back again nothing is left of them."""
     draft = first()
     draft.type("load.resistance", "220k")
     draft.choose("bridge")

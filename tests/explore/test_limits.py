@@ -30,7 +30,7 @@ def with_parameters(count):
 
 @pytest.mark.parametrize("count", [60, 900])
 def test_a_link_has_no_more_parameters_than_an_upload(count):
-    """900 knobs were made in the server's own thread: it was deaf for five minutes."""
+    """900 sliders were made in the server's own thread: it was deaf for five minutes."""
     begin = time.monotonic()
     with pytest.raises(hv.InputError) as told:
         links.opened(link(with_parameters(count)))
@@ -42,7 +42,7 @@ def test_a_link_has_no_more_parameters_than_an_upload(count):
     "text", ["x = 1\n" * 10_000, BRIDGE + "#" + "x" * 30_000], ids=["keys", "comment"]
 )
 def test_a_link_that_is_too_long_is_not_read_in_part(text):
-    """Its first 20,000 letters were taken for the scene."""
+    """Its first 20,000 letters became the scene."""
     with pytest.raises(
         hv.InputError, match=r"^the link must hold a scene of at most 20000 letters"
     ):

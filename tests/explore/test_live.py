@@ -1,4 +1,4 @@
-"""What the page computes while a knob turns, and what it reports of it."""
+"""What the page computes while a slider turns, and what it reports of it."""
 
 import dataclasses
 import math
@@ -61,7 +61,7 @@ def test_the_curve_is_that_of_the_engines(fine, within):
     band = found.curves["averaged"]
     assert (band.low < band.power).all()
     assert (band.high > band.power).all()
-    quick = looked(draft, first=True).curves["averaged"]  # while a knob turns
+    quick = looked(draft, first=True).curves["averaged"]  # while a slider turns
     np.testing.assert_allclose(quick.power, np.interp(quick.x, band.x, band.power), rtol=0.05)
 
 
@@ -82,7 +82,7 @@ def test_a_resonance_is_seen():
 
 
 def test_words_have_errors_and_no_markup():
-    """The large number has its whole error; what a scene is called cannot become a part of the page."""
+    """The large number has its total error; what a scene is called cannot become a part of the page."""
     draft = first()
     draft.title = "<script>alert(1)</script>"
     found = looked(draft)
@@ -217,7 +217,7 @@ BESIDE = {
 
 @pytest.mark.parametrize("name", BESIDE)
 def test_what_the_numbers_of_several_masses_mean(name):
-    """A stop is hit by all modes together, and a ball's box is no stop to be reached."""
+    """A stop is hit by all modes together, and a ball's box is not a stop to be reached."""
     scene, _ = BESIDE[name]
     told, _ = html_text.meanings(Problem(scene))
     assert "Coupling" in told
@@ -238,7 +238,7 @@ def test_a_path_of_several_masses(name):
 
 
 def test_what_is_known_beside_the_power_goes_with_its_design():
-    """The present design and the pinned one have them, no other that the knobs passed on the way."""
+    """The present design and the pinned one have them, no other that the sliders passed on the way."""
     draft = Draft.read(ROOT / "examples" / "bimorph_packets.toml")
     tables, known = draft.tables(), beside.Beside()
     path = {"x": [0.0, -2e-3], "V": [1.0, 0.5], "physical": True}
@@ -258,7 +258,7 @@ def test_what_is_known_beside_the_power_goes_with_its_design():
 
 @pytest.mark.slow
 def test_the_power_of_the_circuit_itself():
-    """It comes from a process of its own, to 2 %; what no engine without ngspice serves is one line."""
+    """It comes from a process of its own, to 2 %; what no engine without ngspice supports is one line."""
     draft = first()
     draft.choose("bridge")
     scene = draft.scene()
@@ -303,7 +303,7 @@ def test_the_power_at_once_is_near_and_its_refinement_is_that_of_run(name):
 @pytest.mark.statistics
 @pytest.mark.parametrize("circuit", ["bridge", "parallel_sshi", "series_sshi", "sece"])
 def test_the_first_power_of_a_circuit_is_right_wherever_its_knob_stands(circuit):
-    """What the page shows first, of 64 trajectories, is that of `ideal` within its errors of sampling and step."""
+    """What the page shows first, of 64 trajectories, is that of `ideal` within its sampling errors and step."""
     draft = first()
     key = "load.parameters.R"
     draft.choose(circuit)
@@ -377,7 +377,7 @@ class Told:
 
 @pytest.mark.slow
 def test_a_circuit_s_power_is_asked_for_before_all_else():
-    """Until it is there the page keeps its picture; the formulas and which engines serve the scene come after it."""
+    """Until it is there the page keeps its picture; the formulas and which engines support the scene come after it."""
     draft, page = first(), Told()
     draft.choose("bridge")
     key = "load.parameters.R"
@@ -460,7 +460,7 @@ def test_only_the_newest_is_computed():
 
 
 def test_who_waits_for_rest_is_woken_by_a_request():
-    """A knob that turns on does not wait for the rest of the knob before; without a request there is a rest."""
+    """A slider that turns on does not wait for the rest of the slider before; without a request there is a rest."""
     rested = []
     waits = threading.Event()
 

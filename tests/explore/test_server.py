@@ -56,7 +56,7 @@ def memory(program):
 
 
 def send(address, size):
-    """Send so many bytes to a path without the token; how many were taken until the connection was closed."""
+    """Send so many bytes to a path without the token; how many were accepted until the connection was closed."""
     url = urllib.parse.urlsplit(address)
     sent = 0
     deadline = time.monotonic() + 20.0
@@ -197,7 +197,7 @@ def test_a_page_takes_little_memory_and_gives_its_folder_back(tmp_path, monkeypa
 
 
 def read_qr(lines):
-    """The modules of a QR code of half blocks, 1 where dark, without its border of two."""
+    """The modules of a QR code of half blocks, 1 if dark, without its border of two."""
     halves = {"█": (0, 0), "▀": (0, 1), "▄": (1, 0), " ": (1, 1)}
     rows = [
         [halves[letter][half] for letter in line.rstrip("\n")]

@@ -78,8 +78,10 @@ def test_too_much(tmp_path):
 
 
 def test_a_netlist_of_too_many_parameters(tmp_path):
-    """Each would be a knob: a thousand stalled every page for ten seconds."""
+    """Each would be a slider: a thousand stalled every page for ten seconds."""
     many = " ".join(f"A{k}=1" for k in range(51))
     netlist = f".subckt mine p n R=1Meg {many}\nRload p n {{R}}\n.ends\n"
-    with pytest.raises(hv.InputError, match="at most 50 parameters, each a knob here, but has 52"):
+    with pytest.raises(
+        hv.InputError, match="at most 50 parameters, each a slider here, but has 52"
+    ):
         given(tmp_path, own__cir=netlist)

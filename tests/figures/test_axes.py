@@ -94,7 +94,7 @@ def test_a_map_has_a_legend_at_a_fixed_place():
 
 
 def test_two_results_in_one_figure():
-    """A title stands over its axes only if it is given; the scale is that of the whole figure."""
+    """A title is over its axes only if it is given; the scale is that of the whole figure."""
     figure, left, right = _mine()
     found = hv.sweep(PLATE, vary={LOAD: "10k:10M:5"}, engines=["published", "averaged"])
     assert found.plot(ax=left) is figure and found.plot("mine", ax=right) is figure

@@ -251,7 +251,7 @@ def test_a_list_of_points_is_no_line():
 
 
 def test_titles_and_keys_are_text():
-    """A dollar sign is no formula, a letter that the font lacks no warning, a long title no overflow."""
+    """A dollar sign is not a formula, a letter that the font lacks no warning, a long title no overflow."""
     title = "$x^2$ costs \\$5 & \\frac{1} " + "漢" + " and goes on" * 30
     rows = line([1e-6, 2e-6], key="load.parameters.R_$1$", values=(1.0, 2.0))
     figure = table({"load.parameters.R_$1$": (1.0, 2.0)}, rows).plot(title)

@@ -1,4 +1,4 @@
-"""What a picture must let a reader see: stated errors, curves told apart, one curve once, no gaps of the reading."""
+"""What a picture must let a reader see: stated errors, curves distinguished, one curve once, no gaps of the reading."""
 
 import itertools
 from types import SimpleNamespace
@@ -272,7 +272,7 @@ def test_a_path_from_rest_has_no_density_and_its_base_no_white_noise():
 
 
 def test_a_line_of_few_points_has_markers():
-    """Chords between the points of a sweep are no results; a curve of many points is a line alone."""
+    """Chords between the points of a sweep are not results; a curve of many points is a line alone."""
     keys = {"along": SimpleNamespace(), "listed": False, "axes": ()}
     few, many = (style("exact", SimpleNamespace(**keys), 0, 1, points) for points in (13, 200))
     assert few["marker"]
@@ -290,7 +290,7 @@ def test_a_density_of_what_stands_still(value):
 
 
 def test_a_power_of_zero_is_written():
-    """An open circuit takes none, without an error: its digits had the logarithm of 0."""
+    """An open circuit draws none, without an error: its digits had the logarithm of 0."""
     answer = hv.Exact().run(hv.loads("[nondimensional]\nc1 = -0.05\nbeta = 0.05\nD11 = 0.01\n"))
     assert "0: the parts of its error" in texts(answer.plot())
     assert "0" in texts(Comparison((answer,), {}, ()).plot("An open circuit"))

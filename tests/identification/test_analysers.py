@@ -21,7 +21,7 @@ def test_files_of_analysers(tmp_path, name):
 
 @pytest.mark.parametrize("name", MAGNITUDES)
 def test_a_magnitude_alone_is_fitted_as_one(tmp_path, name):
-    """Each true value is inside of its interval, widened to twice, and the answer says that the phase is unknown."""
+    """Each true value is inside of its interval, widened to twice, and the answer states that the phase is unknown."""
     file, text = MAGNITUDES[name]
     (tmp_path / file).write_text(text)
     [data] = read_file(str(tmp_path / file))

@@ -49,7 +49,7 @@ def of_class(rng):
 
 @pytest.mark.parametrize("without", ["power_at_load", "q", "mass"])
 def test_intervals_hold_the_truth(without):
-    """Devices drawn from the priors, with numbers as far off as they are said to be.
+    """Devices drawn from the priors, with numbers as far off as they are stated to be.
 
     95 % of the intervals hold within four standard errors, so neither an error that is left out nor one that is counted
     twice would pass: those of a Q without its spread hold for a third, those of twice the errors for all.
@@ -238,7 +238,7 @@ def test_the_command_writes_a_scene(harvester, tmp_path):
 
 def test_the_command_refuses(harvester):
     status, _, err = harvester("identify")
-    assert status == 2 and "or the numbers of a data sheet" in err
+    assert status == 2 and "or the numbers of a datasheet" in err
     status, _, err = harvester("identify", "examples/bench_impedance.csv", "--prior", "film")
     assert status == 2 and "--prior must be given with" in err
     status, _, err = harvester(

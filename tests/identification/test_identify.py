@@ -1,4 +1,4 @@
-"""`harvester identify`: its intervals hold the truth, it says what the data do not tell, and refuses in one line."""
+"""`harvester identify`: its intervals hold the truth, it states what the data do not tell, and refuses in one line."""
 
 import json
 import os
@@ -344,7 +344,7 @@ def test_a_reactance_of_the_wrong_sign(tmp_path):
 
 @pytest.mark.parametrize("low, high", [(81.0, 94.0), (83.0, 93.0)])
 def test_a_sweep_mostly_between_two_far_resonances(tmp_path, low, high):
-    """Frequencies of 84 and 91 Hz, between which the reactance is a coil's; the wrong sign is refused."""
+    """Frequencies of 84 and 91 Hz, between which the reactance is an inductor's; the wrong sign is refused."""
     f = np.linspace(low, high, 200)
     beta = (91.0 / 84.0) ** 2 - 1.0
     s = 2j * np.pi * f

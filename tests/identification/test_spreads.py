@@ -53,7 +53,7 @@ def test_the_derived_numbers_keep_their_intervals():
 
 @pytest.mark.slow
 def test_by_the_command(harvester, tmp_path):
-    """Without --vary it takes them, all five, and states so; a value that the user changed is left as it is."""
+    """Without --vary it uses them, all five, and states so; a value that the user changed is left as it is."""
     path = tmp_path / "device.toml"
     path.write_text(
         IDENTIFIED.replace("capacitance = 4.12498731e-08", 'capacitance = "50 nF"') + SHAKEN
@@ -75,7 +75,7 @@ def test_by_the_command(harvester, tmp_path):
     ids=["inside", "at the end"],
 )
 def test_a_spread_ends_where_the_key_does(restitution, spread):
-    """A normal spread would go beyond a restitution of 1: there the interval itself is the spread."""
+    """A normal spread would exceed a restitution of 1: there the interval itself is the spread."""
     low, high = (0.998, 1.0) if restitution == "0.999" else (0.899, 0.901)
     text = IDENTIFIED + f"[stop]\nrestitution = {restitution}   # 95 %: {low} to {high}\n" + SHAKEN
     assert spreads_of(text, hv.loads(text)).vary["stop.restitution"].startswith(spread)

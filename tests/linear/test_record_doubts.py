@@ -1,4 +1,5 @@
-"""What a record does not know of the shaking is told, with the size of the error; a good record brings no warning."""
+"""What a record does not know of the excitation is reported, with the size of the error; a good
+record brings no warning."""
 
 import numpy as np
 import pytest

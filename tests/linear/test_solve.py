@@ -140,7 +140,8 @@ def test_lines_have_the_power_of_the_record(count):
 
 
 def test_what_rounding_does_to_weak_lines_is_stated():
-    """A shaking of 1e-9 next to gravity: the lines are off by what the transform rounds, and the error states so."""
+    """An excitation of 1e-9 next to gravity: the lines are off by what the transform rounds, and
+    the error states so."""
     n = 1000
     small = 1e-9 * np.cos(2.0 * math.pi * 32.0 * np.arange(n) / n)
     eqs = Equations(c1=-0.1, beta=0.5, mu=1.0, record=Record(0.2, 9.80665 + small))

@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+import harvester as hv
 from harvester.machine import automatic
 from harvester.machine.automatic import AutomaticProgress, reporting
 from harvester.machine.bars import Bar
@@ -127,7 +128,7 @@ def test_a_study_in_a_study_leaves_the_bar_alone(monkeypatch, capsys):
 
 
 def test_a_sentence_within_a_study_is_a_line_above_its_bar(monkeypatch, capsys):
-    """It begins nothing: the bar goes on, ends with the study, and the next study has one."""
+    """It begins nothing: the bar continues, ends with the study, and the next study has one."""
     monkeypatch.setattr(automatic, "is_in_notebook", lambda: True)
     monkeypatch.setattr(automatic, "DELAY", 0.0)
     progress = AutomaticProgress()
@@ -160,3 +161,24 @@ def test_a_stderr_that_is_no_terminal_shows_no_bar(monkeypatch, stream):
     assert not automatic.shows_bars()
     with reporting(None, "run") as report:
         assert report is None
+
+
+RANGE = {"load.resistance": "100k:1M"}
+
+
+@pytest.mark.parametrize(
+    ("study", "options"),
+    [
+        ("sweep", {"vary": {"load.resistance": "100k:1M:2"}, "engines": ["exact"]}),
+        ("optimise", {"vary": RANGE, "engine": "exact"}),
+        ("compare", {"engines": ["exact"]}),
+    ],
+)
+def test_the_bar_of_a_study_has_its_name(study, options, monkeypatch):
+    """It was "harvester" for every study that is called from Python; afterwards the name is free again."""
+    names = []
+    monkeypatch.setattr(automatic, "shows_bars", lambda: True)
+    monkeypatch.setattr(AutomaticProgress, "_open", lambda self, *_: names.append(self.what))
+    getattr(hv, study)(ROOT / "examples" / "plate.toml", **options)
+    assert names == [study]
+    assert automatic.AUTOMATIC.what == ""

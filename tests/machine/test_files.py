@@ -25,7 +25,7 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch, broken):
 
     monkeypatch.setattr(*((os, "fsync", fail) if broken == "fsync" else (Path, "replace", fail)))
     with pytest.raises(
-        InputError, match=r"^`out` must take a.csv, but writing failed: No space left on device$"
+        InputError, match=r"^`out` must accept a.csv, but writing failed: No space left on device$"
     ):
         files.write(tmp_path / "a.csv", "new")
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("a.csv", "old")]
@@ -44,7 +44,7 @@ def test_an_interrupt_leaves_nothing_behind(tmp_path, monkeypatch):
 def test_write_over_a_folder(tmp_path):
     (tmp_path / "a.csv").mkdir()
     with pytest.raises(
-        InputError, match=r"^`out` must take a.csv, but writing failed: Is a directory$"
+        InputError, match=r"^`out` must accept a.csv, but writing failed: Is a directory$"
     ):
         files.write(tmp_path / "a.csv", "new")
     assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]

@@ -18,7 +18,7 @@ PLATE = str(EXAMPLES / "plate.toml")
 
 
 def make(path, kind):
-    """Put what is no regular file at a path; what keeps a socket alive."""
+    """Put what is not a regular file at a path; what keeps a socket alive."""
     match kind:
         case "pipe":
             os.mkfifo(path)
@@ -46,7 +46,7 @@ KINDS = ["pipe", "socket", "device", "link", "link to a device", "dangling link"
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_no_file_stays(tmp_path, monkeypatch, kind):
-    """As root it was replaced: `--out /dev/null` took the device of the whole machine away."""
+    """As root it was replaced: `--out /dev/null` removed the device of the whole machine."""
     monkeypatch.chdir(tmp_path)  # a socket's path is short
     path = Path("a.csv")
     held = make(path, kind)
@@ -77,7 +77,7 @@ def test_a_journal_is_no_pipe_device_or_link(tmp_path, monkeypatch, kind):
     held = make(Path(name), kind)
     journal = Journal(Path())
     with pytest.raises(
-        InputError, match=r"^`out` must take .* but there is a .* that is not a file: remove it$"
+        InputError, match=r"^`out` must accept .* but there is a .* that is not a file: remove it$"
     ):
         journal.begin({"versions": ""}, [])
     journal.close()
@@ -160,7 +160,7 @@ def test_the_folder_is_flushed_after_the_renaming(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("length", [200, 250, 255])
 def test_a_name_as_long_as_a_name_may_be(tmp_path, length):
-    """The temporary name, which is not longer, is no reason to refuse it."""
+    """The temporary name, which is not longer, is not a reason to refuse it."""
     name = "a" * (length - 4) + ".csv"
     files.write(tmp_path / name, "text")
     assert [path.name for path in tmp_path.iterdir()] == [name]

@@ -138,7 +138,7 @@ print(os.waitpid(child, 0)[1], job.result())
 
 
 def test_a_forked_program_leaves_the_process_that_compiles_ahead_to_its_parent():
-    """The end of the forked one had a traceback: it is no child of its own that it would end."""
+    """The end of the forked one had a traceback: it is not a child of its own that it would end."""
     done = subprocess.run(
         [sys.executable, "-c", FORK_BESIDE],
         capture_output=True,
@@ -176,7 +176,7 @@ print("done", flush=True)
 
 
 def test_a_program_waits_for_no_idle_process():
-    """A process that nobody needs any more is ended, however long its own end would take."""
+    """A process that nobody needs any more is ended, however long its own end would last."""
     line = [sys.executable, "-c", SLOW_TO_END]
     with subprocess.Popen(line, stdout=subprocess.PIPE, text=True) as program:
         assert program.stdout.readline() == "done\n"

@@ -44,7 +44,7 @@ SETTINGS = {
 def traps(folder, ran):
     """Fill a folder with every module of Python and of what is installed, each of which notes that it ran.
 
-    But for those that Python itself takes from there, before the first line of `python -m
+    But for those that Python itself imports from there, before the first line of `python -m
     harvester`.
     """
     folder.mkdir()

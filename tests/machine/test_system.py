@@ -1,4 +1,5 @@
-"""What each operating system is asked for: the ways of Linux and macOS as they are, those of Windows by stand-ins."""
+"""What each operating system is asked for: the ways of Linux and macOS as they are, those of
+Windows by replacements."""
 
 import importlib
 import os
@@ -43,7 +44,7 @@ class Kernel:
 
 @pytest.fixture
 def windows(monkeypatch):
-    """The ways of Windows, with stand-ins: locks by POSIX's lockf, a registry with a processor, and its library."""
+    """The ways of Windows, with replacements: locks by POSIX's lockf, a registry with a processor, and its library."""
     import fcntl
 
     def locking(file, mode, size):
@@ -94,7 +95,7 @@ def system(request):
 
 
 def test_a_lock_is_held_by_one_at_a_time(system, tmp_path):
-    """By a file and by a folder: the second one who asks is reported at once, and has it when the first lets go."""
+    """By a file and by a folder: the second one who asks is reported at once, and has it when the first releases it."""
     for open_it, path in (
         (system.open_to_lock, tmp_path / "file"),
         (system.open_folder_to_lock, tmp_path),
@@ -169,7 +170,7 @@ def test_windows_ends_a_group_by_its_own_program(windows, monkeypatch):
 
 
 def test_what_it_says_of_the_machine(system):
-    """A name or nothing, a limit or None; nothing that fails where its own files are missing."""
+    """A name or nothing, a limit or None; nothing that fails if its own files are missing."""
     assert isinstance(system.processor(), str)
     assert system.address_space() is None or system.address_space() > 0
     assert system.library("no such library at all") is None

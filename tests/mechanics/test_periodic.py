@@ -53,7 +53,7 @@ def test_what_is_left_is_told_from_what_the_last_periods_did():
 
 @pytest.mark.parametrize("angle", [0.05, 0.1, 0.3])
 def test_a_mode_that_turns_slowly_is_not_told_by_one_change(angle):
-    """It loses 7 % a period: one change states where it goes now, not where it turns to, and the way seemed over."""
+    """It loses 7 % a period: one change states where it moves now, not where it ends, and the way seemed over."""
     fixed = np.array([1.0, -0.5])
     (c, s) = (np.cos(angle), np.sin(angle))
 

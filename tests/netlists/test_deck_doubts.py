@@ -51,7 +51,8 @@ def test_a_board_of_resistors_and_a_capacitor_is_kept(tmp_path, board, drive):
 
 
 def test_a_pulse_of_a_load_is_not_the_piezo_beside_a_sine(tmp_path):
-    """The load's current source was taken for the piezo, with the store as its capacitor."""
+    """The load's current source was mistaken for the piezo, with the storage capacitor as its
+    capacitor."""
     path = tmp_path / "deck.cir"
     pulse = "Iload O 0 PULSE(0 1m 0 1u 1u 8m 160m)\n"
     path.write_text(f"t\nV1 P 0 SIN(0 8 61)\n{pulse}{BOARD}.end\n")

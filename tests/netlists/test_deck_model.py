@@ -84,7 +84,7 @@ def test_a_shortened_starting_card_keeps_its_other_values_as_they_are(tmp_path, 
 
 @pytest.mark.parametrize("more", ["", "\n.lib C:\\other\\standard.dio"])
 def test_a_section_of_a_library_has_its_models(tmp_path, more):
-    """Its BAT54 was taken for the package's, with a warning."""
+    """Its BAT54 was mistaken for the package's, with a warning."""
     (tmp_path / "own.lib").write_text(
         f"* sections\n.lib typical\n{DIODE.replace('DP', 'BAT54')}.endl\n.lib other\n.param x=1\n.endl\n"
     )
@@ -121,7 +121,7 @@ INTEGRATOR = "t\nIp 0 P SIN(0 1m 61)\nCp P 0 40n\nBw 0 acc I=i(Ip)*v(P)\n{more}R
     ],
 )
 def test_load_and_store_are_elements_of_the_board_not_of_a_measurement(tmp_path, more, load, store):
-    """The integrator's capacitor was the store, and its resistor the load."""
+    """The integrator's capacitor was the storage capacitor, and its resistor the load."""
     path = tmp_path / "deck.cir"
     path.write_text(INTEGRATOR.format(more=more + DIODE))
     adoption = adopt(path)
@@ -205,7 +205,7 @@ def test_a_measured_load_is_not_replaced_by_another_resistor(tmp_path, name):
 
 
 def test_a_measured_store_is_not_left_out(tmp_path):
-    """The board had no store."""
+    """The board had no storage capacitor."""
     path = tmp_path / "deck.cir"
     path.write_text(
         "t\nIp 0 P SIN(0 1m 61)\nCp P 0 40n\nRs P q 100\nD1 q 0 DP\nEc O 0 q 0 1\n"
@@ -240,7 +240,7 @@ def test_a_filter_of_a_measurement_is_no_store(tmp_path, filtered, remedy):
 
 
 def test_starting_values_of_a_subcircuit_stay(tmp_path):
-    """Its net 1 was taken for the net 1 of the piezo's own model."""
+    """Its net 1 was mistaken for the net 1 of the piezo's own model."""
     chip = ".subckt ch a b\nC5 a 1 1u\nR5 1 b 1k\n.ic v(1)=2\n.ends\nX1 P 0 ch\n"
     adoption = adopted(tmp_path, chip)
     assert chip in adoption.text

@@ -1,7 +1,7 @@
 # ruff: noqa: E501, as a line of a deck is a line
-"""Decks as people publish them, written anew: `harvester adopt` makes boards of them, which ngspice takes for the same.
+"""Decks as people publish them, written anew: `harvester adopt` makes boards of them, which are the same to ngspice.
 
-The board and a netlist written by hand without the drive get the same current, and give the same power in ngspice.
+The board and a netlist written by hand without the excitation get the same current, and give the same power in ngspice.
 """
 
 import json
@@ -21,7 +21,7 @@ BRIDGE = "D1 A P DP\nD2 B P DP\nD3 0 A DP\nD4 0 B DP\n"
 LOAD = "Cs P 0 40n\nRL P 0 250k\n"
 HALF = "Da X OUT DP\nDb 0 X DP\nCo OUT 0 40n\nRo OUT 0 250k\n"
 
-# Each deck: its text, and the lines that are left of it: by these ngspice says what is right.
+# Each deck: its text, and the lines that are left of it: by these ngspice states what is right.
 DECKS = {
     "current source": (
         f"bridge\nIp A B SIN(0 50u 61)\nCp A B 33n\n{BRIDGE}{LOAD}{DIODE}.tran 1u 2\n.end\n",
@@ -142,7 +142,7 @@ def test_a_library_in_the_decks_folder_is_found_by_its_name(tmp_path, card):
 
 
 def test_a_library_that_is_missing(tmp_path):
-    """Refused with the models that are needed; the remedy works; models of the package are said to be such."""
+    """Refused with the models that are needed; the remedy works; models of the package are stated to be such."""
     card = ".lib C:\\lib\\standard.dio\n.end\n"
     with pytest.raises(
         InputError, match=r"standard.dio is not there, and dp is needed of it: copy"

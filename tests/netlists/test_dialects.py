@@ -327,7 +327,8 @@ def test_a_store_with_a_resistance_of_its_own_needs_no_separation_of_times(tmp_p
 @pytest.mark.parametrize("element", ["R9 PA STORE rm 30k", "L9 PA STORE rm 200"])
 @pytest.mark.parametrize("degrees", ["0", "50"])
 def test_a_model_of_another_nominal_temperature_decides_the_value(tmp_path, element, degrees):
-    """Also that of 0 degrees: by ngspice it needs 26 % from the power of a resistor and 8 % from that of a coil."""
+    """Also that of 0 degrees: by ngspice it needs 26 % from the power of a resistor and 8 % from
+    that of an inductor."""
     card = f".model rm {element[0]}(tc1=0.02 tnom={degrees})"
     circuit = board(tmp_path, more=f"{element}\n{card}")
     part = next(part for part in circuit.parts if part.name == element[:2].lower())
@@ -339,7 +340,7 @@ def test_a_model_of_another_nominal_temperature_decides_the_value(tmp_path, elem
 
 @pytest.mark.ngspice
 def test_a_function_capacitor_s_own_node_begins_the_next_run(tmp_path):
-    """ngspice took its name, c.xload.c5_int1, for a constant, and the process ended."""
+    """ngspice read its name, c.xload.c5_int1, for a constant, and the process ended."""
     powers = []
     for value in ("C={1u+0*v(p)}", "1u"):
         path = tmp_path / "part.cir"

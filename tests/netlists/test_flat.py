@@ -313,7 +313,7 @@ def test_the_board_in_ngspice_is_the_flat_netlist():
 
 
 def test_what_a_board_begins_with(tmp_path):
-    """An .ic card and IC= of a capacitor are the same; the latter goes first."""
+    """An .ic card and IC= of a capacitor are the same; the latter has precedence."""
     by_card = board(tmp_path, BOARD.replace(".model", ".ic v(Net-_D1-K_)=2\n.model", 1))
     by_key = board(tmp_path, BOARD.replace("GND 10u", "GND 10u IC=2"))
     assert by_card.text == by_key.text

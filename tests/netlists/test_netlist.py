@@ -113,14 +113,14 @@ def test_what_nobody_uses_is_not_read(tmp_path):
 
 
 def test_a_parameter_of_its_own_hides_one_outside(tmp_path):
-    """The subcircuit's R is its own; one that it takes from outside has the value there."""
+    """The subcircuit's R is its own; one that it reads from outside has the value there."""
     assert given(tmp_path, GOOD + ".param R=5\n").values["R"] == 1e6
     outside = given(tmp_path, GOOD.replace("R=1Meg", "") + ".param R=5\n")
     assert [part.number for part in outside.parts if part.name == "rload"] == [5.0]
 
 
 def test_the_capacitance_of_the_piezo_is_the_default_of_cp(tmp_path):
-    """A netlist that needs the piezo's capacitance has a parameter Cp; a scene's own value goes first."""
+    """A netlist that needs the piezo's capacitance has a parameter Cp; a scene's own value has precedence."""
     assert load_circuit(Load(netlist="sece"), 1e-9).parameters == {"Cp": 1e-9}
     assert load_circuit(Load(netlist="sece", parameters={"cp": 2e-9}), 1e-9).parameters == {
         "Cp": 2e-9

@@ -9,7 +9,7 @@ from harvester.uncertainty.value import Value
 
 
 def test_each_row_may_have_its_own_unit():
-    """Two scene keys in a column: their values are in their own units, also where a long table is cut."""
+    """Two scene keys in a column: their values are in their own units, also if a long table is cut."""
     column = Column("value", [4.87e5, 50.2e-9] * MOST_ROWS, units=["ohm", "F"] * MOST_ROWS)
     lines = Table((column,)).lines()
     assert [line.strip() for line in lines[1:3]] == ["487 kohm", "50.2 nF"]
@@ -30,7 +30,7 @@ def test_a_percentage_has_no_prefix(share, text):
 
 
 def test_a_whole_number_keeps_what_is_not_known_of_it():
-    """360 packets are a count without an error only where nothing is reported of one."""
+    """360 packets are a count without an error only if nothing is reported of one."""
     assert quantity(360.0, term("packets_per_hour"), "") == "360"
     assert quantity(Value(360.0, bias=0.0), term("packets_per_hour"), "") == "360"
     assert "is not known" in quantity(

@@ -160,7 +160,7 @@ def test_every_mutant_fits_the_package():
 
 
 def test_answers_that_differ_are_found():
-    """In a last digit, by a key that is gone, or by a status; not by a time, a sentence or a new key."""
+    """In a last digit, by a key that is missing, or by a status; not by a time, a sentence or a new key."""
     before = {
         "rows.0.power": 1.0,
         "rows.1.power": None,
@@ -200,7 +200,7 @@ def test_answers_of_every_engine_and_study_are_compared():
 
 
 def test_random_mutants_are_small_changes_that_python_takes():
-    """One of each kind, where it stands; docstrings, annotations and texts stay."""
+    """One of each kind, in its place; docstrings, annotations and texts stay."""
     body = b"if x < 2 and x:\n  x += 1\n g(x)\n return '1' + x * 0.5\n"
     text = b'def f(x: int = 3):\n """A < 1."""\n ' + body
     found = {

@@ -60,7 +60,7 @@ def test_names_of_the_project():
 
 
 def test_the_first_change(harvester, tmp_path, monkeypatch):
-    """The line, the trial and the test of the page do what the page says: a beam of the new material has a scene."""
+    """The line, the trial and the test of the page do what the page states: a beam of the new material has a scene."""
     (line,) = re.findall(r'^ +("titanium": Substrate\(.*\)),$', PAGE, re.MULTILINE)
     monkeypatch.setattr(materials, "SUBSTRATES", dict(materials.SUBSTRATES))
     exec(f"SUBSTRATES |= {{{line}}}", vars(materials))

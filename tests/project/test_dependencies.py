@@ -97,7 +97,7 @@ def test_one_name_on_the_index():
 
 
 def test_version_is_written_once():
-    """The package states it, and the wheel takes it from there."""
+    """The package states it, and the wheel reads it from there."""
     assert "version" not in PROJECT
     assert PYPROJECT["tool"]["hatch"]["version"]["path"] == "harvester/__init__.py"
     assert Version(hv.__version__) > Version("0")

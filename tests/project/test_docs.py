@@ -166,7 +166,7 @@ def test_the_first_page_has_figures_of_the_gallery(site):
     "path", sorted((ROOT / "docs").glob("draw_*.py")), ids=lambda path: path.name
 )
 def test_the_scripts_that_draw_find_what_they_import(path):
-    """They run for long, and by hand: what they take from the package must be there."""
+    """They run for long, and by hand: what they import from the package must be there."""
     assert callable(runpy.run_path(str(path), run_name="imported")["main"])
 
 

@@ -40,7 +40,7 @@ BOUNDS = [
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
 PAPER = ROOT / "examples" / "paper_figure3.toml"
 TESTS = ROOT / "tests"
-LONGEST = 350  # lines of a file that does not say why it has more
+LONGEST = 350  # lines of a file that does not state why it has more
 MOST = 8  # files in the package's root
 
 
@@ -269,7 +269,7 @@ def test_no_test_file_imports_another():
 
 
 def test_tests_use_no_private_name():
-    """A private name may change without a test: none is imported, and none is taken from a module or the package."""
+    """A private name may change without a test: none is imported, and none is imported from a module or the package."""
     modules = {(file, alias.asname or alias.name.partition(".")[0])
                for file, node in walked(ast.Import, ast.ImportFrom, folder=TESTS) for alias in node.names
                if (getattr(node, "module", None) or alias.name).startswith("harvester")}  # fmt: skip
@@ -329,7 +329,7 @@ print(sorted(m for m in sys.modules if m in ("matplotlib", "loky", "harvester.me
 @pytest.mark.slow
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
 def test_examples(path):
-    """Every example loads and says what it is; those with a load resistance have a power, by a formula if it can."""
+    """Every example loads and states what it is; those with a load resistance have a power, by a formula if it can."""
     scene = hv.load(path)
     assert scene.title
     if scene.load is None or scene.load.netlist is None:

@@ -19,7 +19,8 @@ pytestmark = [
     pytest.mark.thorough("nothing: ngspice is compiled, once a machine, in some minutes"),
 ]
 
-# Scenes with kinds of load, stop and shaking, and how many seconds of each are computed from rest.
+# Scenes with kinds of load, stop and excitation, and how many seconds of each are computed from
+# rest.
 SCENES = {"plate": 2.0, "plate_bridge": 2.0, "plate_doubler": 2.0, "plate_with_stop": 2.0, "plate_two_stops": 2.0,
           "plate_compliant_stop": 2.0, "plate_coloured": 2.0, "plate_bistable": 2.0, "plate_harmonic_stop": 2.0,
           "plate_preloaded": 2.0, "bimorph_ltc3588": 0.1}  # fmt: skip

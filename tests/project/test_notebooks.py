@@ -34,7 +34,7 @@ def stderr(cell):
 def test_every_cell_runs(path, tmp_path):
     """Without an error or a warning; the pictures are drawn, and what has a power prints it with its error.
 
-    On a slow machine a cell shows the bar of its progress, which is gone at the end of the cell.
+    On a slow machine a cell shows the bar of its progress, which is erased at the end of the cell.
     """
     book = nbformat.read(path, 4)
     nbclient.NotebookClient(

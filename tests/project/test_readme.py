@@ -1,4 +1,4 @@
-"""Every command on the project's pages is run as it stands; `LESS` lists all that is changed to make one short."""
+"""Every command on the project's pages is run as it is; `LESS` lists all that is changed to make one short."""
 
 import contextlib
 import io

@@ -96,7 +96,7 @@ def test_components_to_numbers_and_back():
 @checks("identities", "balance")
 @pytest.mark.parametrize("beta, mu, harvested", [(0.05, 0.05, 0.01), (1.25, 1.0, 0.9)])
 def test_stationary_identities(beta, mu, harvested):
-    """Monte Carlo with a stop, a cubic spring and both noises; the load takes little of the power, or most of it."""
+    """Monte Carlo with a stop, a cubic spring and both noises; the load draws little of the power, or most of it."""
     eqs = changed(PAPER, beta=beta, mu=mu)
     many = Trajectories(eqs, 2048, np.random.SeedSequence(5), 0.05)
     burn_in(many)
@@ -959,8 +959,8 @@ def test_density_in_time():
     u = Factors(lossy, None).solve(-form.mass(found.p))
     assert lost * np.vdot(integrals(form), u[0]) == pytest.approx(1.0, rel=0.01)
     assert np.vdot(lossy.loss(), u[0]) == pytest.approx(1.0, rel=1e-6)
-    # An open circuit has V = x: at small frequencies S is the Lorentzian of the hops, 2 E[x^2]
-    # rate/(rate^2 + w^2).
+    # An open circuit has V = x: at small frequencies S is the Lorentzian of the inter-well
+    # transitions, 2 E[x^2] rate/(rate^2 + w^2).
     low = voltage_spectrum(found, [0.5 * rate, rate])
     assert low[0] / low[1] == pytest.approx(2.0 / 1.25, rel=0.01)
 

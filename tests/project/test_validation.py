@@ -109,7 +109,7 @@ def test_first_pages_have_the_summary_of_the_predictions():
 
 
 def test_each_class_has_two_devices():
-    """Impacts, strong nonlinearity, a rectifier with a store: two measured devices each, and six in all."""
+    """Impacts, strong nonlinearity, a rectifier with a storage capacitor: two measured devices each, and six in all."""
     classes = [about["class"] for about in predictions.sources().values()]
     assert set(predictions.sources()) == set(predictions.DEVICES)
     assert classes.count("impact") == classes.count("rectifier and store") == 2

@@ -1,4 +1,5 @@
-"""The page of which engine serves which scene is that of today's engines; the glossary has each nondimensional key."""
+"""The page of which engine supports which scene is that of today's engines; the glossary has each
+nondimensional key."""
 
 import re
 import runpy

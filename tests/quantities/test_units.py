@@ -122,7 +122,7 @@ def test_percent_is_exact():
 
 
 def test_a_root_of_a_density_keeps_its_sign():
-    """The square of a negative number is above 0, and would be taken."""
+    """The square of a negative number is above 0, and would be accepted."""
     with pytest.raises(ValueError, match="at least 0"):
         PSD.read("-1 mg/rtHz")
 

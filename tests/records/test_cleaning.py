@@ -99,7 +99,7 @@ def logged(seed):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_jitter_is_no_missing_sample(tmp_path, seed):
-    """40 records with jitter, gaps, doubled rows and milliseconds: the rate, and what is missing, to the sample."""
+    """40 records with jitter, gaps, doubled rows and milliseconds: the rate, and the missing parts, to the sample."""
     times, values, rate, truth, lost = logged(seed)
     unit, name = ((1e3, "timestamp_ms"), (1.0, "time (s)"))[seed % 4 != 1]
     rows = [f"{unit * t:.4f},{v:.6f}" for t, v in zip(times, values, strict=True)]
@@ -181,7 +181,7 @@ def test_no_times_and_coarse_times(harvester, tmp_path):
 
 @pytest.mark.slow
 def test_rows_without_times_stay(harvester, tmp_path):
-    """A time in every fifth row alone: 90 Hz stay 90 Hz at 500 samples a second, where 100 would fold them to 10."""
+    """A time in every fifth row alone: 90 Hz stay 90 Hz at 500 samples per second, where 100 would fold them to 10."""
     times = np.where(np.arange(N) % 5 == 0, T, np.nan)
     path = written(tmp_path / "a.csv", "time (s),Z (g)", times, np.sin(2 * np.pi * 90 * T))
     answer = json.loads(harvester("record", path, "--out", tmp_path / "c.csv", "--json")[1])
@@ -215,7 +215,7 @@ def test_paired_times_and_a_record_too_large(harvester, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_resampling_folds_nothing_back(harvester, tmp_path):
-    """170 Hz at 200 samples per second would be 30 Hz: the filter takes it away, and the rest stays."""
+    """170 Hz at 200 samples per second would be 30 Hz: the filter removes it, and the rest stays."""
     path = written(
         tmp_path / "a.csv", "time (s),a (m/s^2)", T, SHAKING + np.sin(2 * np.pi * 170 * T)
     )
@@ -307,7 +307,7 @@ def test_octaves_have_all_the_power(harvester, tmp_path, n):
 
 
 def test_what_a_mass_could_take_of_a_record_before_there_is_a_device():
-    """A tone a sin(w t) has the mean jerk 2 w a/pi; no device between stops takes more, and a bound needs both."""
+    """A tone a sin(w t) has the mean jerk 2 w a/pi; no device between stops draws more, and a bound needs both."""
     a = 2.0
     w = 2.0 * np.pi * 25.0
     t = np.arange(1000) / 500.0

@@ -48,7 +48,7 @@ RECORDS = {
 
 @pytest.mark.parametrize("text", RECORDS, ids=lambda text: text[:30])
 def test_records_of_many_loggers(tmp_path, text):
-    """One shaking, written in seventeen ways."""
+    """One excitation, written in seventeen ways."""
     path = tmp_path / "a.csv"
     path.write_text(text)
     record = read_record(str(path))
@@ -83,7 +83,7 @@ def test_densities(tmp_path, text, factor):
 
 
 def test_a_prefix_is_no_unit_of_a_column(tmp_path):
-    """A column named M would be taken for mega, and T for tera."""
+    """A column named M would be read as mega, and T for tera."""
     path = tmp_path / "a.csv"
     path.write_text("T,acc_M\n" + body())
     column = read_table(path, "FILE").columns[1]
@@ -102,7 +102,7 @@ def test_a_standard_as_a_density():
     "text", ["t (s),a (g)\n" + "1" * 200_000 + "x,2\n", "a" + "( " * 50_000 + ",b\n1,2\n"]
 )
 def test_long_cells_take_no_time(tmp_path, text):
-    """Patterns over a long run of digits or brackets took the square of its length: minutes."""
+    """Patterns over a long run of digits or brackets needed the square of its length: minutes."""
     path = tmp_path / "a.csv"
     path.write_text(text)
     begin = time.perf_counter()

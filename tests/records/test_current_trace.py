@@ -92,7 +92,7 @@ def test_traces_of_profilers(tmp_path, name):
 
 
 def test_samples_slightly_below_zero_become_zero(tmp_path):
-    """Three samples of -48 nA are taken as 0 and reported; a charge below 0 of more than 1 % is refused."""
+    """Three samples of -48 nA count as 0 and reported; a charge below 0 of more than 1 % is refused."""
     current = np.where(np.arange(N) % 150 == 7, -48e-9, CURRENT)
     (tmp_path / "a.csv").write_text("time (s),current (A)\n" + lines(TIME, current))
     states, notes = read_trace(str(tmp_path / "a.csv"))

@@ -148,7 +148,7 @@ def of(tmp_path, head, *columns):
     ],
 )
 def test_phases_are_of_the_quantity_that_they_name(tmp_path, head, columns):
-    """The phase of Y was taken as that of Z: a negative capacitance."""
+    """The phase of Y was read as that of Z: a negative capacitance."""
     z, known = of(tmp_path, head, *columns)
     assert known
     np.testing.assert_allclose(z, ZED, rtol=1e-5)

@@ -1,4 +1,4 @@
-"""What a file says is read as it says, or refused: lines that are no samples, zones of clocks, several columns."""
+"""What a file states is read as it states, or refused: lines that are not samples, zones of clocks, several columns."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_a_clock_may_have_a_zone(zone):
 
 
 def test_one_of_several_columns_is_not_chosen(tmp_path):
-    """The first one was taken without a word."""
+    """The first one was accepted without a word."""
     psd = written(tmp_path, "f (Hz),psd x (g^2/Hz),psd z (g^2/Hz)\n20,0.01,0.04\n80,0.01,0.04\n")
     with pytest.raises(InputError, match=r"one column .* but has 'psd x, psd z'"):
         read_density(psd)

@@ -1,4 +1,4 @@
-"""The reports: whole HTML in one file, that states what was computed, how well, and how to do it again."""
+"""The reports: whole HTML in one file, that states the computation, how well, and how to do it again."""
 
 import base64
 import json
@@ -395,8 +395,8 @@ def test_a_page_shows_what_the_user_wrote():
 def test_elasticities_stand_in_the_report_of_a_run():
     found = hv.sensitivity(PLATE, within=1e-2)
     page = report.html(report.of_run(hv.load(PLATE), estimates()[0], 0, None, found))
-    assert "Elasticity of the mean power in each key, the largest first" in page
-    assert page.index("oscillator.mass", page.index("Elasticity of the mean power")) > 0
+    assert "Normalised sensitivity of the mean power in each key, the largest first" in page
+    assert page.index("oscillator.mass", page.index("Normalised sensitivity of the mean power")) > 0
     assert "normalised sensitivity: change" in page
 
 
@@ -466,7 +466,7 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatc
     monkeypatch.setattr(
         "os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device"))
     )
-    with pytest.raises(InputError, match=r"`report` must take mine\.html"):
+    with pytest.raises(InputError, match=r"`report` must accept mine\.html"):
         report.write(file, page)
     assert file.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["mine.html"]
@@ -522,7 +522,7 @@ def test_numbers(found, shown):
 
 @pytest.mark.slow
 def test_no_report_loads_neither_templates_nor_figures():
-    """In a fresh interpreter: what a page needs costs nothing where none is written.
+    """In a fresh interpreter: what a page needs costs nothing if none is written.
 
     The scene is one of bare numbers, as pint loads dask where that is installed, which loads
     jinja2.

@@ -1,4 +1,4 @@
-"""`harvester keys`: the examples are values of a device, which a scene takes as they are."""
+"""`harvester keys`: the examples are values of a device, which a scene accepts as they are."""
 
 import pytest
 

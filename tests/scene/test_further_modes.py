@@ -1,4 +1,4 @@
-"""Further modes and a magnifier in a scene: what is read, varied and written, and what is refused in one line."""
+"""Further modes and a magnifier in a scene: what is read, varied and written, and the refusals in one line."""
 
 import re
 

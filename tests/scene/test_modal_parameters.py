@@ -66,7 +66,7 @@ def test_a_varied_key_takes_the_place_of_what_says_the_same():
 
 
 def test_a_sweep_of_the_frequency():
-    """The resonance is swept on a scene that has a stiffness; the power is largest where the shaking is."""
+    """The resonance is swept on a scene that has a stiffness; the power is largest where the excitation is."""
     shaken = hv.Scene(
         oscillator=PLATE.oscillator,
         piezo=PLATE.piezo,
@@ -122,7 +122,7 @@ def test_what_says_no_device(oscillator, piezo, line):
 
 
 def test_a_bare_key_is_of_the_device_where_the_store_has_one_too():
-    """A bare capacitance stays that of the piezo; a bare frequency, of device or shaking, needs its table."""
+    """A bare capacitance stays that of the piezo; a bare frequency, of device or excitation, needs its table."""
     assert PLATE.vary("capacitance", 4e-8).piezo.capacitance == 4e-8
     with pytest.raises(
         hv.InputError,

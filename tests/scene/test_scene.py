@@ -1,4 +1,4 @@
-"""Scene files: round trip, and one clear line for everything that is no scene."""
+"""Scene files: round trip, and one clear line for everything that is not a scene."""
 
 import os
 import re

@@ -1,4 +1,5 @@
-"""The JSON schema of scene files: it takes what the program takes, marks what is plainly wrong, and editors read it."""
+"""The JSON schema of scene files: as tolerant as the program, marks plain mistakes,
+and editors read it."""
 
 import json
 import subprocess

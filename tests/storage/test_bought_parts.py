@@ -1,4 +1,5 @@
-"""Chips and coils by their file: what a chip's netlist states as well, is the same number there."""
+"""Chips and inductors by their file: what a chip's netlist states as well, is the same number
+there."""
 
 import math
 import re

@@ -16,7 +16,7 @@ AT_INPUT = {"start_voltage": 3.0, "stop_voltage": 2.5}
 @pytest.mark.parametrize("key", ["efficiency", "efficiency_table"])
 @pytest.mark.parametrize("name", [None, "ltc3588"])
 def test_a_key_without_effect_is_an_error(key, name):
-    """1e-6 and 0.8 gave the same 635 packets an hour: no converter charges there."""
+    """1e-6 and 0.8 gave the same 635 packets per hour: no converter charges there."""
     with pytest.raises(
         hv.InputError, match=rf"^chip\.{key} must be left out for .* without input_ratio"
     ):

@@ -1,4 +1,4 @@
-"""Many nodes directly under noise: what comes into their stores is what they take, keep and lose to the clamp."""
+"""Many nodes directly under noise: what comes into their stores is what they draw, keep and lose to the clamp."""
 
 import dataclasses
 
@@ -18,7 +18,7 @@ PACKET = 5e-3 * 0.018
 
 @pytest.mark.slow
 def test_energy_is_conserved():
-    """Each packet takes its charge; one that is cut off takes what is between the stop voltage and where it began."""
+    """Each packet draws its charge; one that is cut off draws what is between the stop voltage and where it began."""
     scene = noisy_node(node={"interval": 0.5, "sleep_current": None}, load=hv.Netlist("bridge"))
     problem = Problem.of(scene)
     run = NodeRun(measured(problem, count=3, runs=64).best, scene.storage, scene.node)
@@ -34,7 +34,8 @@ def test_energy_is_conserved():
 
 @pytest.mark.slow
 def test_ideal_diodes_stand_for_the_boards_own():
-    """On the same noise the stores of 64 runs come as far with the netlist's own diodes, to 2 % (sampling 0.1 %)."""
+    """On the same noise the storage capacitors of 64 runs come as far with the netlist's own
+    diodes, to 2 % (sampling 0.1 %)."""
     scene = noisy_node(node={"wake_voltage": 9.0})
     problem = Problem.of(scene)
     run = NodeRun(measured(problem, count=3, runs=64).best, scene.storage, scene.node)

@@ -1,4 +1,5 @@
-"""A node whose current fluctuates: its store diffuses as the spectral density states, and counts are evened out."""
+"""A node whose current fluctuates: its storage capacitor diffuses as the spectral density states,
+and counts are evened out."""
 
 import dataclasses
 

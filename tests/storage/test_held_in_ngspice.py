@@ -1,4 +1,5 @@
-"""The rectifier of a user's own netlist beside ngspice's, with the store held at two voltages."""
+"""The rectifier of a custom netlist beside ngspice's, with the storage capacitor held at two
+voltages."""
 
 import dataclasses
 import time
@@ -26,7 +27,8 @@ STOP = hv.Stop(gap=2e-4, restitution=0.7)
 @pytest.mark.ngspice
 @pytest.mark.parametrize("excitation, stop", [(DRIVE, None), (None, None), (None, STOP)])
 def test_the_boards_diodes_give_what_they_do_in_ngspice(excitation, stop):
-    """At half and .9 of 3 V, to less than what is assumed of the package's own netlists, and not to the last digit."""
+    """At half and 0.9 of 3 V, to less than the assumption about the package's own netlists, and not
+    to the last digit."""
     problem = Problem.of(noisy_node(unlike=True, excitation=excitation, stop=stop))
     assert 1e-6 < current_difference(problem, 3.0) < JUDGE
 
@@ -56,7 +58,7 @@ def test_a_compiled_circuit_of_other_diodes_is_told(excitation, monkeypatch):
 
 @pytest.mark.ngspice
 def test_of_a_chip_the_rectifier_alone_is_run():
-    """The package's LTC3588 as a file of one's own states the same as by its name, with a whole error."""
+    """The package's LTC3588 as a file of one's own states the same as by its name, with a total error."""
     scene = hv.load(EXAMPLES / "bimorph_ltc3588.toml")
     load = hv.Load(
         netlist=str(netlist_folder() / "ltc3588.cir"), parameters=dict(scene.load.parameters)
@@ -78,7 +80,7 @@ def test_a_board_charges_as_a_bridge_of_its_diodes_with_a_whole_error():
 
 
 def test_ngspice_ends_at_the_deadline(monkeypatch):
-    """After it no run begins; before, each of them has what is left."""
+    """After it no run begins; before, each of them has the remainder."""
     latest = []
 
     def kept(function, jobs):
@@ -113,7 +115,7 @@ def test_without_ngspice_that_part_is_not_known(monkeypatch):
 @pytest.mark.thorough("test_of_a_chip_the_rectifier_alone_is_run")
 @pytest.mark.ngspice
 def test_on_a_record_a_piece_of_it_is_run(tmp_path):
-    """A recorded tone: the node states a whole error, and its harvest is that of the bridge of such diodes."""
+    """A recorded tone: the node states a total error, and its harvest is that of the bridge of such diodes."""
     t = np.arange(0.0, 4.0, 0.002)
     shaken = on_record(tmp_path, t, 2.0 * np.sin(2.0 * np.pi * 46.0 * t)).excitation
     own = hv.node(noisy_node(excitation=shaken), days=0.01).harvested

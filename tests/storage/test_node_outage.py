@@ -1,4 +1,5 @@
-"""An outage of the shaking: how long a node goes on from its store, and which store or interval would outlast it."""
+"""An outage of the excitation: how long a node continues from its storage capacitor, and which store
+or interval would outlast it."""
 
 import dataclasses
 import json
@@ -117,7 +118,7 @@ def test_more_of_almost_nothing_is_stated_in_packets():
 
 @pytest.mark.parametrize("clamp", [5.0, 30.0])
 def test_the_energies_are_those_of_the_store(clamp):
-    """The sum over steps was the current at their middle: 0.2 % more than the store and the node had."""
+    """The sum over steps was the current at their middle: 0.2 % more than the storage capacitor and the node had."""
     volts = np.linspace(0.0, 6.0, 60)
     one = np.ones(60)
     falling = 8e-5 * (1.0 - volts / 7.0)  # as of a rectifier
@@ -144,7 +145,7 @@ def test_the_energies_are_those_of_the_store(clamp):
         (7300.0, 200.0, None, "uncertain"),
         (7100.0, 200.0, None, "uncertain"),
         (7000.0, 50.0, None, "no"),
-        (7300.0, 50.0, 0.6, "in 60% of cases"),
+        (7300.0, 50.0, 0.6, "in 60 % of cases"),
         (7300.0, 50.0, 1.0, "yes"),
     ],
 )

@@ -1,4 +1,5 @@
-"""A node on a store against its own arithmetic: the charge that comes is the charge that goes."""
+"""A node on a storage capacitor against its own arithmetic: the charge that comes is the charge
+that leaves."""
 
 import numpy as np
 import pytest
@@ -35,7 +36,7 @@ def test_the_first_packet_is_after_the_charge_to_the_wake_voltage():
 
 
 def test_energy_limits_packets_to_what_comes_in():
-    """10 uA come, a packet needs 50 uC: in the long run 0.2 packets per second, less what a cut-off packet takes."""
+    """10 uA come, a packet needs 50 uC: in the long run 0.2 packets per second, less the charge of a cut-off packet."""
     course = run().course(1e6)
     rate = course.packets / course.end
     cut_off = course.brown_outs / course.packets
@@ -52,7 +53,8 @@ def test_a_node_that_gets_more_than_it_takes_keeps_its_interval():
 
 
 def test_the_energy_that_comes_in_is_stored_or_taken():
-    """Behind a regulator a packet takes the same energy at each voltage; what the clamp takes is not counted in."""
+    """Behind a regulator a packet draws the same energy at each voltage; what the clamp dissipates
+    is not counted in."""
     course = run(amperes=1e-4, supply_voltage=1.8, efficiency=0.9).course(10_000.0)
     packet = 5e-3 * 1.8 * 0.01 / 0.9
     stored = 0.5 * C * course.volts[-1] ** 2
@@ -94,7 +96,7 @@ def test_leakage_keeps_a_store_from_waking():
 
 
 def test_charge_that_moves_into_pores_is_that_of_a_line():
-    """300 sections of a line next to the capacitor, from another code: the store's voltage alone for two hours."""
+    """300 sections of a line next to the capacitor, from another code: the storage voltage alone for two hours."""
     storage = {
         "diffusion_capacitance": 0.4 * C,
         "diffusion_resistance": 3600.0 / (0.4 * C),
@@ -150,7 +152,7 @@ def test_packets_that_nobody_answers_are_sent_again():
 
 
 def test_a_battery_keeps_its_voltage_and_runs_empty():
-    """50 uC each second out, 10 uA in: 1 mC lasts 25 s; a full one takes no more."""
+    """50 uC each second out, 10 uA in: 1 mC lasts 25 s; a full one accepts no more."""
     course = run(storage={"battery_voltage": 5.0, "battery_charge": 1e-3}).course(24.0)
     assert course.brown_outs == 0 and course.packets == 24
     course = run(storage={"battery_voltage": 5.0, "battery_charge": 1e-3}).course(60.0)

@@ -1,4 +1,5 @@
-"""Times to voltages of a store: closed forms, and the law of a random walk with drift."""
+"""Times to voltages of a storage capacitor: closed forms, and the law of a random walk with
+drift."""
 
 import math
 
@@ -99,7 +100,8 @@ def test_the_error_of_sampling_adds_up_over_independent_voltages():
 
 
 def test_a_time_that_a_standard_error_makes_infinite_has_an_infinite_error():
-    """A store whose current at the target is as large as its standard error may not get there."""
+    """A storage capacitor whose current at the target is as large as its standard error may not get
+    there."""
     wide = np.full(12, 3e-8)
     near = table(lambda v: 1e-5 - (1e-5 - 2e-8) / 8.0 * v, stderr=wide)
     errors = error_of_times(np.array([4.0, 8.0]), near, C, math.inf)

@@ -20,7 +20,7 @@ def table_of(scene, farads=470e-6):
 
 @pytest.mark.slow
 def test_a_recorded_tone_gives_the_current_of_the_drive(tmp_path):
-    """The windows after the ring-up have I(V) of the drive, which another code measures with other elements."""
+    """The windows after the ring-up have I(V) of the excitation, which another code measures with other elements."""
     t = np.arange(0.0, 12.0, 0.002)
     found, _ = table_of(on_record(tmp_path, t, 1.5 * np.sin(2 * math.pi * 46.0 * t)))
     drive = hv.Excitation(acceleration_amplitude=1.5, frequency=46.0)

@@ -43,7 +43,7 @@ def test_a_bridge_of_diodes_is_cut_off(name, rails):
     assert [one.kind for one in cut.rectifier] == ["d"] * 4
     nodes = {node for one in cut.slow() for node in one.nodes}
     assert {"p", "0"} <= nodes
-    # they have the electrodes' names now, also where expressions name them
+    # they have the electrodes' names now, also if expressions name them
     assert not nodes & {*rails}
     assert not {node for one in cut.slow() for node in one.nodes_read} & {*rails}
     assert {one.name for one in cut.held(1.0)} == {one.name for one in cut.rectifier} | {

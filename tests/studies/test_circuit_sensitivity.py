@@ -1,4 +1,4 @@
-"""Elasticities in the elements of a netlist: exact laws of a linear circuit, and which keys there are."""
+"""Normalised sensitivities in the elements of a netlist: exact laws of a linear circuit, and which keys there are."""
 
 import math
 from dataclasses import replace
@@ -26,7 +26,8 @@ R9 /P /N 10Meg
 
 
 def test_every_element_is_a_key(tmp_path):
-    """Keys of a subcircuit have their names, of a board from KiCad too, where the load and the store are R and C."""
+    """Keys of a subcircuit have their names, of a board from KiCad too, where the load and the
+    storage capacitor are R and C."""
     body = BRIDGE.format("1N4148") + STORE + "L3 p q 2\nR4 q n 5k"
     own = dict(keys_with_elements(Problem(on_plate(tmp_path, body))))
     names = {key.removeprefix("load.parameters.") for key in own if key.startswith("load.")}
@@ -79,7 +80,8 @@ def sums(found):
 @pytest.mark.thorough("test_every_element_is_a_key")
 @pytest.mark.ngspice
 def test_a_linear_circuit_has_the_elasticities_that_units_ask_for(tmp_path):
-    """Twice the noise is twice the power, and no unit of mass or charge matters: sums of the elasticities are known."""
+    """Twice the noise is twice the power, and no unit of mass or charge matters: sums of the
+    normalised sensitivities are known."""
     found = hv.sensitivity(on_plate(tmp_path, LINEAR))
     of = dict(zip(found.keys, found.elasticities, strict=True))
     assert found.engine == "compiled" and found.mean_power.value > 0.0

@@ -65,7 +65,7 @@ def test_engines_that_cannot_serve_are_named():
 
 @pytest.mark.thorough("test_comparison_has_every_engine_and_its_z")
 def test_a_stop_that_is_all_that_bounds_the_response():
-    """Without the stop negative damping grows without bound: no such path, and the comparison stands."""
+    """Without the stop negative damping grows without bound: no such path, and the comparison is valid."""
     result = compare(
         scene(Equations(c1=0.02, restitution=0.9, mu=0.5, beta=0.05, n1=0.01)),
         trajectories=64,
@@ -103,7 +103,7 @@ def test_it_writes_when_it_is_told_to(tmp_path, monkeypatch):
 
 
 def test_a_budget_is_for_all_engines_together(monkeypatch):
-    """Each gets its share of what is left, all no more than the whole; what was spent before its turn leaves none."""
+    """Each gets its share of the remainder, all no more than the whole; what was spent before its turn leaves none."""
     given = []
     for kind in (hv.Ensemble, hv.Density):
         run = kind.run
@@ -127,7 +127,7 @@ def test_a_budget_is_for_all_engines_together(monkeypatch):
 
 
 def test_an_engine_that_refuses_has_spent_of_the_budget(monkeypatch):
-    """What is given to the engine after it is its share of what is left: no more than that, whatever the load."""
+    """What is given to the engine after it is its share of the remainder: no more than that, whatever the load."""
 
     def refuse(*_):
         time.sleep(0.5)
@@ -147,7 +147,7 @@ def test_an_engine_that_refuses_has_spent_of_the_budget(monkeypatch):
 
 
 def test_a_budget_bounds_the_processor_time_of_all_engines():
-    """Kernels are there after the first time; the second time engines and their remainder take what was asked for."""
+    """Kernels are there after the first time; the second time engines and their remainder accept what was asked for."""
     engines = ["averaged", "ensemble"]
     compare(scene(PAPER), engines=engines, budget="1s")
     begin = time.process_time()

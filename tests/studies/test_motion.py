@@ -63,7 +63,8 @@ def test_ngspice_makes_the_same_path(eqs):
 @pytest.mark.thorough("test_files_and_command")
 @pytest.mark.ngspice
 def test_a_pilot_says_how_long_a_path_by_ngspice_takes(monkeypatch):
-    """Once, before it, and the path is what it is without a pilot; a harmonic drive, as it has shaking to cut short."""
+    """Once, before it, and the path is what it is without a pilot; a harmonic excitation, as it has
+    shaking to cut short."""
     monkeypatch.setattr("harvester.studies.motion_in_ngspice.MANY_STEPS", 100)
     told = []
     one, other = (
@@ -84,7 +85,8 @@ def test_netlists_need_ngspice(tmp_path):
 
 @pytest.mark.ngspice
 def test_probes_from_rest(tmp_path, harvester):
-    """The store begins empty; it is v(a,b), Rload takes v^2/R, and both files have the same columns with units."""
+    """The storage capacitor begins empty; it is v(a,b), Rload dissipates v^2/R, and both files have the
+    same columns with units."""
     words = (
         "motion",
         "examples/plate_bridge.toml",

@@ -82,7 +82,8 @@ def test_a_node_with_enough_sends_every_interval():
 
 
 def test_energy_limits_one_that_sends_too_often():
-    """Packets an hour are then what is harvested over what each takes at the store, less those that are cut off."""
+    """Packets an hour are then what is harvested over what each draws at the storage capacitor,
+    less those that are cut off."""
     found = hv.node(changed(node__interval=0.2, node__sleep_current=0.0), days=0.2)
     assert found.limit == "energy"
     packet = (4e-3 * 0.01 + 20e-3 * 0.005) * 2.2 / 0.85
@@ -122,7 +123,7 @@ def test_a_store_too_small_for_a_packet():
 
 @pytest.mark.slow
 def test_the_change_that_helps_most():
-    """Where energy limits, packets grow as the current does; where the interval does, a shorter one gives 1/0.9."""
+    """Where energy limits, packets grow as the current does; if the interval does, a shorter one gives 1/0.9."""
     energy = hv.node(changed(node__interval=0.2, node__sleep_current=0.0), days=0.2)
     assert (
         energy.helps["current"] == pytest.approx(0.1, abs=0.03)
@@ -138,7 +139,7 @@ def test_the_change_that_helps_most():
 
 @pytest.mark.slow
 def test_an_aged_store_is_a_smaller_one():
-    """The rate of a store of half the capacitance is the same as of one that has half of its own left."""
+    """The rate of a storage capacitor of half the capacitance is the same as of one that has half of its own left."""
     aged, small = (
         hv.node(changed(storage__capacitance_left=0.5)),
         hv.node(changed(storage__capacitance=235e-6)),
@@ -160,7 +161,8 @@ def test_a_trace_is_as_its_states(tmp_path):
 
 
 def test_a_battery_lasts_as_its_charge_does():
-    """What the rectifier gives at its voltage is what it gives at a held store; the rest comes from the battery."""
+    """What the rectifier gives at its voltage is what it gives at a held storage capacitor; the
+    rest comes from the battery."""
     scene = changed(node__interval=0.5, node__wake_voltage=3.0, node__sleep_current=None)
     battery = hv.Storage(battery_voltage=3.0, battery_charge=0.3)
     found = hv.node(dataclasses.replace(scene, storage=battery), days=0.01)
@@ -277,7 +279,7 @@ NGSPICE = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NGSPICE)
 def test_a_chip_by_its_sheet_gives_what_its_netlist_does_in_ngspice(name):
-    """A node that takes what the netlist's resistor takes while the output is there, behind the chip's own diodes."""
+    """A node that draws what the netlist's resistor draws while the output is there, behind the chip's own diodes."""
     power, volts, ohm, store, saturation = NGSPICE[name]
     amperes = volts / ohm
     own = {} if name == "ltc3588" else {"start_voltage": 3.0, "stop_voltage": 2.4}
@@ -361,7 +363,7 @@ def test_the_first_packet_is_sent_when_the_netlists_output_begins(
 
 @pytest.mark.slow
 def test_a_store_that_is_not_slow_is_run_directly():
-    """The node of a load that is too heavy: in its direct run it is on as long as the energy that comes says."""
+    """The node of a load that is too heavy: in its direct run it is on as long as the energy that comes states."""
     found = hv.node(
         waiting("ltc3588", "0.3 g", "10 uF", 330e-6, 2e-3, sleep_current=330e-6), days=0.01
     )
@@ -440,7 +442,7 @@ def test_under_noise_a_chip_starts_when_its_netlist_does_in_ngspice(
 
 
 def shaken(chip, density, store=1.0):
-    """A scene of the same noise, whose store is filled so far that the chip is past its cold start."""
+    """A scene of the same noise, whose storage capacitor is filled so far that the chip is past its cold start."""
     scene = waiting(chip, "0.1 g", store, 1e-9)
     filled = dataclasses.replace(scene.storage, initial_voltage=3.5)
     return dataclasses.replace(
@@ -482,7 +484,7 @@ def test_under_noise_a_chip_puts_into_its_store_what_its_law_does_directly(chip,
 
 @pytest.mark.statistics
 def test_under_noise_a_chip_that_holds_its_input_states_a_whole_error():
-    """The law takes off some per cent where looks find less of the noise than its mean current says."""
+    """The law subtracts some per cent where looks find less of the noise than its mean current states."""
     found = hv.node(shaken("aem30940", "0.002 g^2/Hz"), days=0.01)
     assert 0.0 < found.harvested.error95 < 0.4 * found.harvested.value and not found.warnings
     problem = Problem.of(shaken("aem30940", "0.002 g^2/Hz"))
@@ -498,7 +500,7 @@ def test_under_noise_a_chip_that_holds_its_input_states_a_whole_error():
 def test_under_noise_a_node_wakes_when_direct_charges_of_the_netlist_do(
     netlist, store, volts, seed
 ):
-    """On another noise, by the netlist's own diodes: node and charge state whole errors, which cover the difference."""
+    """On another noise, by the netlist's own diodes: node and charge state total errors, which cover the difference."""
     scene = changed(
         storage__capacitance=store,
         storage__leakage_resistance=None,
@@ -540,7 +542,7 @@ def test_under_noise_a_node_wakes_when_direct_charges_of_the_netlist_do(
     ],
 )
 def test_under_noise_packets_are_as_many_as_those_of_direct_nodes(interval, level):
-    """The first is one that its harvest just feeds: by the mean current alone 580 +- 780 packets an hour."""
+    """The first is one that its harvest just feeds: by the mean current alone 580 +- 780 packets per hour."""
     noise = hv.Excitation(acceleration_psd=level)
     scene = noisy_node(node={"interval": interval}, excitation=noise, load=hv.Netlist("bridge"))
     found = hv.node(scene, days=100.0 / 86400.0)

@@ -1,4 +1,5 @@
-"""Elasticities as differences of an engine's power: formulas, a budget, failures, and a board with a slow circuit."""
+"""Normalised sensitivities as differences of an engine's power: formulas, a budget, failures, and a
+board with a slow circuit."""
 
 import math
 import random
@@ -28,7 +29,7 @@ class Formula:
     power: object
 
     def run_many(self, scenes):
-        """The answers, or an error where the power is None."""
+        """The answers, or an error if the power is None."""
         return [self._answer(scene) for scene in scenes]
 
     def _answer(self, scene):
@@ -137,7 +138,7 @@ def test_a_key_without_an_answer_leaves_the_others():
 
 
 def test_keys_beyond_the_deadline_are_left():
-    """A deadline that is over leaves all of them but takes no error for an answer."""
+    """A deadline that is over leaves all of them but mistakes no error for an answer."""
     done = elasticities(lambda a, b: a, deadline=-math.inf)
     assert done.left == [*VALUES] and not done.by_key and not done.failed
 
@@ -183,7 +184,8 @@ VOLTS = {"piezo.coupling": -1, "piezo.capacitance": -2} | {
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_impedances_scaled_with_the_coupling_leave_the_power_of_a_board(tmp_path):
-    """A bridge, a store and a load behind it: the gradients cancel, within five times the price of the power."""
+    """A bridge, a storage capacitor and a load behind it: the gradients cancel, within five times
+    the price of the power."""
     path = tmp_path / "board.cir"
     header = ".subckt load p n Is=1n N=1.8 Ca=22u Ra=10k Cb=1u Rb=20k"
     path.write_text(f"* a board\n{header}\n{BOARD}\n.ends\n")

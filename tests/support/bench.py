@@ -1,7 +1,7 @@
 """Measurements as a bench gives them, made of equations that the fit does not use: matrices, and SciPy's integrator.
 
 Each kind is a function of a random generator and a folder: it writes CSV files with the noise of
-instruments and returns their names, as `harvester identify` takes them, and the true value of each
+instruments and returns their names, as `harvester identify` accepts them, and the true value of each
 parameter.
 """
 

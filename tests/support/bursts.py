@@ -14,7 +14,7 @@ from harvester.storage.rectifier_cut import STORE
 from tests.support.paths import EXAMPLES
 
 SCENE = hv.load(EXAMPLES / "bimorph_packets.toml")
-RATE = 500.0  # samples a second
+RATE = 500.0  # samples per second
 
 
 def on_record(folder, times, values):
@@ -31,7 +31,7 @@ def tone(t):
 
 
 def truck(t):
-    """Cargo on a truck up to half the rate (MIL-STD-810, vertical) at 0.3 of its level, which goes round."""
+    """Cargo on a truck up to half the rate (MIL-STD-810, vertical) at 0.3 of its level, which repeats."""
     frequencies = np.fft.rfftfreq(len(t), 1.0 / RATE)
     hertz, density = np.array(CURVES["mil-std-810-truck-vertical"].points).T
     some = np.clip(frequencies, hertz[0], hertz[-1])
@@ -55,7 +55,7 @@ def bursts(seconds, every, burst=20.0, of=tone):
 def packets_directly(scene, seconds, slice_=0.1):
     """Packets of a node by the mass with the netlist's own elements and its own store, which each packet lowers.
 
-    A packet takes its energy at once; sleep and leakage take theirs in each slice of time.
+    A packet draws its energy at once; sleep and leakage draw theirs in each slice of time.
     """
     storage, node = scene.storage, scene.node
     problem = Problem.of(dataclasses.replace(scene, storage=None, node=None))

@@ -9,7 +9,7 @@ from tests.support.systems import padded
 
 
 def coupled(eqs):
-    """E[V^2] of the coupled equations, the bias of the step taken off, and its standard error.
+    """E[V^2] of the coupled equations, the bias of the step subtracted, and its standard error.
 
     With control variates, which tests/mechanics compares with plain means: half the error of 8192
     plain trajectories in an eighth of their time.

@@ -34,7 +34,7 @@ def both(name):
     circuit = problem.circuit
     exported = part(problem, "device")
     options = re.search(r"^\*   (\.options .*)$", exported, re.MULTILINE)[1]
-    if name == "chip":  # as the file says for a circuit that switches
+    if name == "chip":  # as the file states for a circuit that switches
         options = options.replace("reltol=1e-5", "reltol=1e-4")
     lines = ["bench", exported, circuit.text, "Xbase acc device_base", "Xdevice p 0 acc x device"]
     lines += [options, f".save v(p) v(xload.{plus}) v(xload.{minus})"]

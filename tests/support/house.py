@@ -61,7 +61,7 @@ def parsed(folder=None):
 def syntax_trees(folder):
     """Every Python file below a folder: its path from the project's root, and its syntax tree.
 
-    That takes two seconds, which those processes do not spend that run other tests.
+    That needs two seconds, which those processes do not spend that run other tests.
     """
     return {
         file.relative_to(ROOT).as_posix(): ast.parse(file.read_text())
@@ -276,7 +276,7 @@ def words_made():
     """Sentences for warnings, notes, reasons and refusals that are written outside presentation/messages.
 
     Such a sentence is given to an argument or a name that is called so, or added to it, or is in a function that
-    is called so, or begins with "warning:".  What is raised is no such sentence, nor is a caption of a page.
+    is called so, or begins with "warning:".  What is raised is not such a sentence, nor is a caption of a page.
     """
     raised = {id(part) for _, one in walked(ast.Raise) for part in ast.walk(one)}
     found = {}
@@ -352,7 +352,7 @@ def own_functions():
 
 @cache
 def functions_of_any_number():
-    """Names of functions of the package that take any number of arguments, as `print` does."""
+    """Names of functions of the package that accept any number of arguments, as `print` does."""
     kinds = walked(ast.FunctionDef, ast.AsyncFunctionDef)
     return {node.name for _, node in kinds if node.args.vararg is not None}
 

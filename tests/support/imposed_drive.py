@@ -295,8 +295,8 @@ class Machine(NamedTuple):
 
     P, Z, G, A, W, s and b are as of `harvester.circuits.system`, ``read_out`` has the rows of what is reported and
     ``control`` those of the switches.  ``functions`` has for each function where its code begins and ends, and where
-    the numbers of its inputs do in ``needs``; ``junctions`` how each input is limited, ``steps`` the differences by
-    which derivatives are taken, ``volts`` what 1 of each charge is, ``voltages`` which unknowns are voltages.
+    the numbers of its inputs do in ``needs``; ``junctions`` how each input is limited, ``steps`` the differences of
+    the derivatives, ``volts`` what 1 of each charge is, ``voltages`` which unknowns are voltages.
     """
 
     P: Any
@@ -573,7 +573,7 @@ def by_machine(circuit, tolerance=TOLERANCE, longest=LONGEST_STEP * 4.0):
 
 
 def _whole(matrix, n):
-    """A matrix as kernels take it, also one without rows."""
+    """A matrix as kernels expect it, also one without rows."""
     return np.ascontiguousarray(matrix, dtype=np.float64) if matrix.size else np.zeros((0, n))
 
 

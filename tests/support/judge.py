@@ -25,7 +25,7 @@ def asked(*arguments):
 
 
 def complaints(err):
-    """What a program stated on stderr but for how long its work will take, which depends on the machine."""
+    """What a program stated on stderr but for how long its work will last, which depends on the machine."""
     return "".join(
         line
         for line in err.splitlines(keepends=True)

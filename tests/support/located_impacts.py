@@ -101,7 +101,7 @@ class Device:
         return square / (time - begin)
 
     def _first(self, path, flow, z, ticks, stops, inside):
-        """The time of the first contact on the path, and its restitution; None where there is none."""
+        """The time of the first contact on the path, and its restitution; None if there is none."""
         found = None
         for side, place, restitution in stops:
             way = -side if inside else side

@@ -580,7 +580,7 @@ class _Writer:
         if form < 0.97 and len(coils) > 1:
             one, other = self.rng.sample(coils, 2)
             return f"{self.name('K')} {self.cased(one)} {self.cased(other)} {self.one('.5', '{.3}', '0.9', '0.8')}"
-        # a source of voltage behind a resistor, to a node of its own
+        # a voltage source behind a resistor, to a node of its own
         node = self.fresh(nodes) if len(nodes) < len(NODES) else b
         if node == b:
             return self.resistor(self.name("R"), a, b, 1e5, scope)

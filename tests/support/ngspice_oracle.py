@@ -235,7 +235,7 @@ class Oracle:
         return Answer(**found)
 
     def _heard(self, pipe):
-        """All that a child writes; None where it takes too long."""
+        """All that a child writes; None if it runs too long."""
         said = b""
         deadline = time.monotonic() + self.patience
         while True:

@@ -1,4 +1,4 @@
-"""The files that a program and its processes open, as strace tells them, and which of them are nobody's business."""
+"""The files that a program and its processes open, as strace shows them, and which of them are nobody's business."""
 
 import os
 import re
@@ -18,7 +18,7 @@ SYSTEM = ("/usr", "/lib", "/lib64", "/bin", "/sbin", "/etc", "/proc", "/sys", "/
 
 
 def traced(trace):
-    """The words before a command that write each file it opens to ``trace``; none where there is no strace."""
+    """The words before a command that write each file it opens to ``trace``; none if there is no strace."""
     calls = ["-e", "open,openat,execve,chdir,fchdir"]
     return (
         [STRACE, "-f", "--seccomp-bpf", "-z", *calls, "-s", "300", "-o", str(trace)]

@@ -189,7 +189,7 @@ def energy_density(law: Stationary, eqs: Equations) -> tuple[Floats, Floats]:
 
 
 def exponent_as_printed(eqs: Equations) -> float:
-    """Lambda of Eq. 38 as it stands: the noise's factor upside down, with beta for 2 beta."""
+    """Lambda of Eq. 38 as printed: the noise's factor upside down, with beta for 2 beta."""
     m = eqs.mu or 0.0
     beta = eqs.beta or 0.0
     n2 = eqs.n2 or 0.0

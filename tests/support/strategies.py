@@ -100,7 +100,7 @@ EDGES = (0.0, 1.0, -1.0, 1e-50, 1e50, 1e-12, 1e12, 1e-6, 1e6)
 
 
 def one(kind, sensible):
-    """A number that a key may well have; with ``sensible`` False also an extreme one that it must take or refuse."""
+    """A number that a key may well have; with ``sensible`` False also an extreme one that it must accept or refuse."""
     example = kind.read(kind.example.strip("'") if "'" in kind.example else float(kind.example))
     if kind.most < math.inf:
         usual = st.floats(kind.least, kind.most) | st.sampled_from([kind.least, kind.most])

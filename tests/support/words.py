@@ -1,11 +1,13 @@
-"""The ten patterns of English to avoid, counted over documents, texts of the package, netlists and tests.
+"""Patterns of English and old terms to avoid, counted over documents, texts of the package, netlists and tests.
 
 `python -m tests.support.words documents NAME` prints each place of a pattern.
 """
 
 import ast
+import io
 import re
 import sys
+import tokenize
 from functools import cache
 
 from tests.support.pages import FENCE
@@ -66,6 +68,33 @@ PATTERNS = {
     rf"|(?:\d|\b[kmun]?[sgV]|\b(?:{COUNTED})) an? (?:{UNITS})\b"
     rf"|\b[Pp]rocessor(?:'s|s')? (?:time|seconds)|of the processor\b",
 }
+# Old words for a thing that has a term of the field (the table of docs/developers/english.md). A word that has other
+# meanings as well is counted with a neighbour that decides: "the same path", not the path of a file.
+TERMS = {
+    "coil": r"\b[Cc]oils?\b",
+    "shaking": r"\b[Ss]haking\b",
+    "store": r"\b(?:[Tt]he|[Aa]|[Ii]ts|[Ee]ach|[Ee]mpty|[Hh]eld|whose|this|on) stores?\b",
+    "drive": r"\b(?:harmonic|steady|periodic) drives?\b"
+    r"|\b(?:periods?|phases?|frequency|amplitude) of (?:the|an?|its) drive\b",
+    "path": r"\b(?:[Oo]ne|[Ll]ong|[Ww]hole|[Ss]ame|[Cc]ounted|[Ff]urther|[Ss]everal) paths?\b"
+    r"|\b[Pp]aths (?:of|with|on|part)\b",
+    "record of a logger": r"\blogger'?s? records?\b|\brecords? of (?:a|the) logger\b",
+    "whole error": r"\bwhole errors?\b",
+    "error of the step": r"\berrors? of (?:the|a|its) (?:time )?step\b",
+    "noise of a band": r"\bnoises? of (?:a|the) (?:band|stiffness)\b",
+    "hop": r"\bhops?\b",
+    "ledger": r"\b[Ll]edgers?\b",
+    "share": r"\b[Ss]hares? of (?:the )?(?:devices|time|samples|runs|variance|possible)\b",
+    "own netlist": r"\b(?:an|user's) own netlist\b|\bnetlist of (?:one|your)(?:'s)? own\b",
+    "elasticity": r"\b[Ee]lasticit(?:y|ies)\b",
+    "judge": r"\b(?:[Tt]he|[Aa]|[Ii]ts) judge\b",
+    "dear": r"\bdear(?:er|est)?\b",
+    "aim": r"\baims?\b",
+    "knob": r"\b[Kk]nobs?\b",
+    "turn over": r"\bturns? (?:the voltage|it) (?:over|round)\b",
+    "density of an excitation": r"\b(?:tabulated|recorded|excitation's) densit(?:y|ies)\b"
+    r"|\bdensit(?:y|ies) of (?:the |an? )?(?:excitation|acceleration|noise|recording)\b",
+}
 QUOTED = re.compile(r"`[^`\n]*`|\$\$.*?\$\$|\$[^$\n]+\$|\]\([^)\s]*\)|<[^>\n]*>", re.DOTALL)
 COMMENT = re.compile(r"^\s*[*;#]\s?(.*)$|;\s(.*)$", re.MULTILINE)
 
@@ -100,7 +129,7 @@ def documents():
 
 
 def prose(text):
-    """The sentences of a page of Markdown; `x` takes the place of each piece of code."""
+    """The sentences of a page of Markdown; `x` replaces each piece of code."""
     text = QUOTED.sub("x", FENCE.sub("\n", text))
     text = re.sub(r"[*_]{2}", "", text)
     text = re.sub(r"^(?:#+|\s*[-*]|\s*\d+\.) +", "\n", text, flags=re.MULTILINE)
@@ -148,7 +177,25 @@ def tests():
         yield str(path.relative_to(ROOT)), "\n".join(prose(one) for one in texts if one)
 
 
-SETS = {"documents": documents, "package": package, "netlists": netlists, "tests": tests}
+def comments():
+    """Each file of the package with its comments, a block of lines as one text."""
+    for path in sorted((ROOT / "harvester").rglob("*.py")):
+        lines = io.StringIO(path.read_text()).readline
+        found = [one for one in tokenize.generate_tokens(lines) if one.type == tokenize.COMMENT]
+        text = "\n".join(
+            f"{' ' if one.line.lstrip().startswith('#') else chr(10)}{one.string[1:]}"
+            for one in found
+        )
+        yield str(path.relative_to(ROOT)), prose(text)
+
+
+SETS = {
+    "documents": documents,
+    "package": package,
+    "netlists": netlists,
+    "tests": tests,
+    "comments": comments,
+}
 
 
 @cache
@@ -159,7 +206,7 @@ def texts(which):
 
 def places(which, name):
     """Each place of a pattern: its file and the words around it."""
-    pattern = re.compile(PATTERNS[name], re.MULTILINE)
+    pattern = re.compile((PATTERNS | TERMS)[name], re.MULTILINE)
     for file, text in texts(which):
         for found in pattern.finditer(text):
             yield file, text[max(0, found.start() - 40) : found.end() + 40].replace("\n", " / ")
@@ -167,7 +214,7 @@ def places(which, name):
 
 if __name__ == "__main__":
     which, *names = sys.argv[1:] or ["documents"]
-    for name in names or PATTERNS:
+    for name in names or PATTERNS | TERMS:
         found = list(places(which, name))
         print(f"{name}: {len(found)}")
         if names:

@@ -115,9 +115,9 @@ def test_split_is_the_cheapest(residual, pair_cost, spread, time_cost):
 
 @pytest.mark.statistics
 def test_what_is_known_to_be_explained_is_not_fitted():
-    """Eight runs, whose six entries go together: less than half of the variance, and an honest interval.
+    """Eight runs, whose six entries are correlated: less than half of the variance, and an honest interval.
 
-    The controls' weights are those of many other entries, here the true ones; where they explain
+    The controls' weights are those of many other entries, here the true ones; if they explain
     nothing, they are weighed by the entries.
     """
     fitted = []

@@ -22,7 +22,7 @@ def test_gain_is_that_of_the_unexplained_variance():
 
 @pytest.mark.slow
 def test_no_bias_from_few_entries_that_are_not_gaussian():
-    """Coefficients of the same entries would be biased: here values and squares of the controls go together."""
+    """Coefficients of the same entries would be biased: here values and squares of the controls are correlated."""
     found = []
     for seed in range(2000):
         x = np.random.default_rng(seed).exponential(1.0, (40, 1)) - 1.0

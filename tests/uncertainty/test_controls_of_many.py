@@ -50,7 +50,7 @@ def test_means_and_errors_of_many_sets():
 
 @pytest.mark.parametrize("steps", [2, 3])
 def test_step_biases_of_many_sets_are_those_of_each(steps):
-    """Also where the paths of the steps part, so that each step is better controlled alone."""
+    """Also if the paths of the steps part, so that each step is better controlled alone."""
     rng = np.random.default_rng(steps)
     order = np.array([1.9, 1.7, 1.3, 1.0, 1.5])
     parts = [sets(20 + step) for step in range(steps)]

@@ -65,7 +65,8 @@ def test_entries_of_one_record_count_once():
 
 
 def test_one_pair_of_noise_does_not_acquit():
-    """Its sampling error is unknown, so that no size makes the share small; the pair of a drive is all there is."""
+    """Its sampling error is unknown, so that no size makes the share small; the pair of an
+    excitation is all there is."""
     high, low = np.array([3.0, 3.0]), np.array([1.0, 1.0])
     found = difference95(high, low, together=2)
     assert found.value == 2.0

@@ -18,7 +18,8 @@ def cost(within, bias, factor):
 
 @pytest.mark.parametrize("bias", np.geomspace(1e-6, 0.3, 25))
 def test_the_best_step_is_near_the_cheapest(bias):
-    """A precisely known bias: never dearer than by `CHANGE` than the best of all factors."""
+    """A precisely known bias: never more expensive than by `CHANGE` than the best of all
+    factors."""
     chosen = cost(0.01, bias, best_factor(0.01, bias, 0.0))
     assert chosen <= CHANGE * min(cost(0.01, bias, f) for f in FACTORS) * (1.0 + 1e-9)
 

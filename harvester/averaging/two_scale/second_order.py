@@ -46,7 +46,7 @@ def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Float
 
 
 def amplified(friction: Floats, exchange: Floats) -> Floats:
-    """The factor on a stated error if the damping is negative and ``friction``, its share of the energy, feeds.
+    """The factor on a stated error if the damping is negative and ``friction``, its fraction of the energy, feeds.
 
     Impacts and load then dissipate the energy of friction and noise.  The noise alone balances an
     error of the dissipated energy, and gives the fraction ``exchange`` in a cycle, so that the
@@ -65,9 +65,9 @@ def stated_error_distant(
 ) -> Floats:
     """Relative error that is left in E[V^2] with a stop at a distance; ``touching`` is the probability of an impact.
 
-    Orbits that meet the stop and free ones have an error each; if both are likely, there is that of a voltage which
-    remembers the other kind.  ``load`` and ``exchange`` are the energies that the load dissipates
-    and the noise brings
+    Orbits that meet the stop and free ones have an error each; if both are likely, there is that of
+    a voltage which remembers the other kind.  ``load`` and ``exchange`` are the energies that the
+    load dissipates and the noise brings
     in a cycle.  The constants are the least, by a linear program, that cover 131 random scenes of
     engine `density` 1.6 times, and a quarter more (`benchmarks/averaged_error.py`): a slow load
     with strong coupling is a spring that relaxes slowly, of which averaging knows the mean only, 19
@@ -94,11 +94,11 @@ def stated_error_preloaded(
 ) -> Floats:
     """Relative error that is left in E[V^2] with a preload; ``slowness`` is m, the load over a cycle.
 
-    ``pressed`` is the share of the energy that the spring holds at the stop.  With a strong preload
-    E[V^2] varies as the square of the energy; and a strong coupling with a slow load lifts the mass
-    off its stop, by small free orbits
-    that are left out: E[V^2] is more than twice too high at worst.  Constants as in `stated_error_distant`, of 69
-    scenes and without the quarter.
+    ``pressed`` is the fraction of the energy that the spring holds at the stop.  With a strong
+    preload E[V^2] varies as the square of the energy; and a strong coupling with a slow load lifts
+    the mass off its stop, by small free orbits
+    that are left out: E[V^2] is more than twice too high at worst.  Constants as in
+    `stated_error_distant`, of 69 scenes and without the quarter.
     """
     i = np.minimum(impact_loss, _LARGEST)
     q = stored

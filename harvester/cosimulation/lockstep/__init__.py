@@ -1,1 +1,1 @@
-"""How the mass and ngspice advance together: state, transitions, stops, and the energy ledger."""
+"""How the mass and ngspice advance together: state, transitions, stops, and the energy balance."""

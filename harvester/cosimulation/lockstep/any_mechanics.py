@@ -99,7 +99,7 @@ def kicked(s, at, reaction, record, f, m):
 
 @inlined
 def half_kick(s, at, reaction, record, f, m):
-    """The same with its work in the ledger; the state as it was if it is not finite."""
+    """The same with its work in the energy balance; the state as it was if it is not finite."""
     after = kicked(s, at, reaction, record, f, m)
     if not is_finite(after):
         s.fault = KICKED

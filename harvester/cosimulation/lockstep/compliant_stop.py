@@ -46,7 +46,7 @@ def target_in_contact(s, target, goal, impacts, c):
 
 @inlined
 def arrive_in_contact(s, elapsed, c):
-    """Return the mass's place at a target; set its velocity, and add the contact's loss to the ledger."""
+    """Return the mass's place at a target; set its velocity, and add the contact's loss to the energy balance."""
     edge = lower_stop(c)
     y = s.x - edge
     if y > 0.0 or (y == 0.0 and s.before >= 0.0):

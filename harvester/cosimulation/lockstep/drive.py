@@ -51,11 +51,12 @@ class Drive:
         nondimensional step, and kicks between samples.
     start
         (x, x', V, voltage of Csmooth) at the beginning, of several modes as of
-        `harvester.mechanics.trace.SeveralModes.started`; None: at rest in the first of `resting_places`.
+        `harvester.mechanics.trace.SeveralModes.started`; None: at rest in the first of
+        `resting_places`.
     free
         whether ngspice may use smaller steps of its own between targets.
     since
-        nondimensional time at which the ledger begins.
+        nondimensional time at which the energy balance begins.
     shaking
         as of `harvester.mechanics.trace.trace`.
     smooth
@@ -69,8 +70,8 @@ class Drive:
     coefficients
         of the equations, without mu.
     samples, charge, impacts
-        the path at the samples, shape (n, 5); the voltage (V) of the load's Csmooth there; time and
-        velocity of each impact.
+        the trajectory at the samples, shape (n, 5); the voltage (V) of the load's Csmooth there;
+        time and velocity of each impact.
     kicked
         ahead of each kick x, x', V and the voltage of Csmooth, and the energy into the load
         (J), shape (kicks, 5). If the run ``follows`` another, by that field of the state, this
@@ -79,10 +80,10 @@ class Drive:
     smoothing
         capacitance of the load's Csmooth (F) once the run is over, 0 without one.
     nodes
-        voltage (V) of each node and current (A) of each coil at the last kick once the run is over,
-        if its deck keeps them.
+        voltage (V) of each node and current (A) of each inductor at the last kick once the run is
+        over, if its deck keeps them.
     currents
-        of coils (A) at the beginning, by the names of their vectors.
+        of inductors (A) at the beginning, by the names of their vectors.
     earlier, nodes_earlier
         the voltages of ``nodes`` so many kicks before the last one; empty for 0.
     series
@@ -188,7 +189,7 @@ class Drive:
         return float((s.noise_size + BEYOND) * s.h / s.w0)
 
     def path(self) -> Path:
-        """The path of the finished run, in the form of `harvester.mechanics.trace.trace`.
+        """The trajectory of the finished run, in the form of `harvester.mechanics.trace.trace`.
 
         Raises SimulationError for more than two impacts a step: the stops are too near each other.
         """

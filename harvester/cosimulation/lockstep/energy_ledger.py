@@ -10,7 +10,7 @@
     stored      v^2/2 and the spring's energy of the mass, Cp v^2/2, and C v^2/2 of a capacitor called Csmooth
 
 The energy from the terminals, less the load's and Csmooth's share, is the circuit's loss (diodes,
-switches, coils); a plain load resistor has none.  So the sum checks the force -beta V on
+switches, inductors); a plain load resistor has none.  So the sum checks the force -beta V on
 the mass against v i in ngspice, and the works of the spring against its energy; both differ by
 the second order in the step.
 """
@@ -43,7 +43,7 @@ def add_terminal_flow(s, p):
 def add_works_of_kick(s, v0, v1, x, volts, xi, h, c, a=None):
     """Add the works of a kick at x and V (``volts``) that changed the velocity from v0 to v1.
 
-    The work of other shaking counts as that of the noise.
+    The work of other excitation counts as that of the noise.
     """
     noise = (
         xi * math.sqrt(2.0 * h * intensity(x, c)) if c.n1 is not None or c.n2 is not None else 0.0
@@ -67,7 +67,7 @@ def stored_in_mass(s, contact, c):
 
 @inlined
 def note_stored_energy(s, p, energy):
-    """Note the stored energy at the first kick of the ledger, after the burn-in, and at the last."""
+    """Note the stored energy at the first kick of the energy balance, after the burn-in, and at the last."""
     begins = s.measuring == BEFORE and p.t >= s.since
     if not begins and not (s.measuring == DURING and s.n_steps == s.noise_size):
         return
@@ -102,14 +102,14 @@ class EnergyLedger:
 
     @property
     def residual(self) -> float:
-        """The part of the energy that the ledger does not account for, relative to its largest entry."""
+        """The part of the energy that the energy balance does not account for, relative to its largest entry."""
         out = self.damping + self.impacts + self.circuit + self.load + self.stored
         size = max(abs(getattr(self, entry.name)) for entry in fields(self))
         return (self.input - out) / size if size > 0.0 else 0.0
 
 
 def ledger_of(s: Any, scales: Scales, smoothing: float, linear: bool) -> EnergyLedger:
-    """The energy ledger of a finished run.
+    """The energy balance of a finished run.
 
     ``s`` is its state, ``smoothing`` the capacitance of Csmooth (F), 0 without one; ``linear``
     states that the load is a plain resistor, whose circuit loses nothing.
@@ -132,7 +132,7 @@ def ledger_of(s: Any, scales: Scales, smoothing: float, linear: bool) -> EnergyL
 
 
 def mean_ledger(ledgers: list[EnergyLedger]) -> EnergyLedger:
-    """The mean ledger of equally long runs."""
+    """The mean energy balance of equally long runs."""
     return EnergyLedger(
         *(
             math.fsum(getattr(ledger, f.name) for ledger in ledgers) / len(ledgers)

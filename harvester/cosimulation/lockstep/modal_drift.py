@@ -37,7 +37,7 @@ def copied(to, state):
 
 @inlined
 def plan_drift(s, modes, a, c):
-    """Plan the drift that begins now, under the shaking's mean acceleration a (None: no shaking)."""
+    """Plan the drift that begins now, under the excitation's mean acceleration a (None: no excitation)."""
     copied(modes[AHEAD], modes[NOW])
     did, course = drift_with_course(0, modes[AHEAD], interval(s.h, s.h, None), c, a)
     s.x = course.begin
@@ -87,7 +87,7 @@ def meet_stop(s, impacts):
 
 @inlined
 def kicked_modes(s, before, z, xi, a, c):
-    """Kick modes, with the works of noise and shaking, springs, voltage and damping in the ledger.
+    """Kick modes, with the works of noise and excitation, springs, voltage and damping in the energy balance.
 
     ``before`` is room for the states ahead of the kick.
     """
@@ -139,7 +139,7 @@ def stored_in_modes(z, c):
 
 @inlined
 def make_modal_kick(s, p, recording, c):
-    """Kick the modes, with the entries of the ledger, and plan the next drift."""
+    """Kick the modes, with the entries of the energy balance, and plan the next drift."""
     V = p.v / s.volts
     modes = recording.modes
     n = len(c.k)

@@ -22,8 +22,8 @@ from harvester.mechanics.kernels.offset_stops import wall_of
 def plan_impact(s, V, a, c):
     """Plan the impact of the drift that begins now.
 
-    The voltage V and the shaking's mean acceleration ``a`` (None: no shaking) press the mass on the
-    stop.
+    The voltage V and the excitation's mean acceleration ``a`` (None: no excitation) press the mass
+    on the stop.
     """
     s.flown = 0
     s.meet = math.inf
@@ -95,7 +95,7 @@ def velocity_in_flight(s, phase, back):
 
 @inlined
 def impact(s, impacts, c):
-    """Make the planned impact: the mass is at the stop, and the impact on record and in the ledger."""
+    """Make the planned impact: the mass is at the stop, and the impact on record and in the energy balance."""
     s.x = wall_of(s.side, c)
     note_impact(s, impacts, s.n_steps * s.h + s.meet, s.side * s.speed)
     s.flown = 1
@@ -116,7 +116,7 @@ def arrive(s, x, impacts, c):
 
 @inlined
 def velocity_at_kick(s):
-    """Velocity at the end of the drift; add the shaking's work since the impact to the ledger."""
+    """Velocity at the end of the drift; add the excitation's work since the impact to the energy balance."""
     v = velocity_in_flight(s, s.h, 0.5 * s.h)
     if s.flown == 1 and s.measuring == DURING:
         s.noise_work += 0.5 * s.share * (v * v - s.up * s.up)

@@ -19,7 +19,7 @@ from harvester.mechanics.kernels.compiled import inlined
 KICK = 0
 IMPACT = 1
 SAMPLE = 2
-# values of `measuring`: where the run stands to the time that the ledger covers
+# values of `measuring`: where the run stands to the time that the energy balance covers
 BEFORE = 0
 DURING = 1
 AFTER = 2
@@ -56,7 +56,7 @@ class Recording(NamedTuple):
 
 
 # Of a drift without white noise: phase of its impact, speeds before and after it, the acceleration
-# that presses on the stop and the shaking's share of it, the time after which bounces of r = 1
+# that presses on the stop and the excitation's share of it, the time after which bounces of r = 1
 # repeat, which stop it is (1, -1 for the opposite one), and the velocity from which it began.
 _PLAN = ("meet", "speed", "up", "pressing", "share", "again", "side", "before")
 _REALS = (

@@ -74,7 +74,7 @@ def proposed_step(s, t, delta):
     before, does not see a jump within a step much shorter than those: it passed the closing of a
     switch.
 
-    No step goes beyond the end of the run: if one does, versions from 42 on leave a rest of
+    No step passes the end of the run: if one does, versions from 42 on leave a rest of
     rounding, and some never get over it.  An end that is early by a few roundings is treated as the
     end by all.
     """
@@ -101,7 +101,7 @@ def stop_ahead(v, c):
 
 @inlined
 def bounce(s, time, impacts, c):
-    """Apply the impact law x'+ = -r x'-, and put the impact on record and into the ledger."""
+    """Apply the impact law x'+ = -r x'-, and put the impact on record and into the energy balance."""
     note_impact(s, impacts, time, -s.v)
     ratio = c.r
     if c.r_high is not None:
@@ -161,7 +161,7 @@ def set_target(s, target, goal):
 
 @inlined
 def reached(s, p):
-    """Take an accepted `Point` into the ledger; whether it is the target."""
+    """Take an accepted `Point` into the energy balance; whether it is the target."""
     add_terminal_flow(s, p)
     s.t = p.t
     s.accepted += 1
@@ -197,7 +197,7 @@ def arrive_at_target(s, impacts, c):
 
 @inlined
 def make_kick(s, p, recording, c):
-    """Kick the mass, with the entries of the ledger, and begin the next drift."""
+    """Kick the mass, with the entries of the energy balance, and begin the next drift."""
     before = s.v
     V = p.v / s.volts
     force = V

@@ -149,7 +149,7 @@ def pattern_of(coefficients: Any) -> Any:
 def point_function(pattern: Coefficients | ModalCoefficients, shaken: bool) -> Any:
     """`accept_point` as a C function, compiled for the coefficients that are not None in ``pattern``.
 
-    ``shaken`` states whether there is shaking other than white noise.  For several modes it is
+    ``shaken`` states whether there is excitation other than white noise.  For several modes it is
     `accept_modal_point`.  The values of its closure name its file in the cache, so that is numbers:
     a compiled function is another in each process.
     """

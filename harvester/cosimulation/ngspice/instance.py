@@ -56,7 +56,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         self.failure = ""  # the last one, in words
         self.vectors: tuple[str, ...] = ()  # of the present run, in the order of VECTORS
         self.smoothing = 0.0  # its capacitance Csmooth, F
-        self.names: list[str] = []  # of its nodes and of its coils' branches
+        self.names: list[str] = []  # of its nodes and of its inductors' branches
         self.nodes: dict[str, float] = {}  # their voltages at its last kick, V, and currents, A
         # the time (s) and the probes' vectors at its accepted points
         self.series: dict[str, Floats] = {}
@@ -136,9 +136,10 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
     ) -> None:
         """Load the circuit, run its ``.tran`` with the drive's mass in lock-step, and forget both.
 
-        ngspice runs in a thread of its own, so that a run that makes less than `SLOWEST` kicks a second over
-        ``patience`` seconds, or has not ended at the ``deadline`` of `time.monotonic`, can be given up; it cannot be
-        stopped.  After that, and after a fatal error, no other circuit runs in this process.
+        ngspice runs in a thread of its own, so that a run that makes less than `SLOWEST` kicks a
+        second over ``patience`` seconds, or has not ended at the ``deadline`` of `time.monotonic`,
+        can be given up; it cannot be stopped.  After that, and after a fatal error, no other
+        circuit runs in this process.
 
         Raises CircuitError with the node and the time in trouble when ngspice refuses the netlist,
         stops before the end or comes no further; OutOfTimeError, which states how far it came, at
@@ -243,7 +244,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         return float(now["load"]) / covered, float(now["square"]) / covered, covered
 
     def _run(self, deck: Deck, currents: Mapping[str, float], earlier: int) -> None:
-        """Give ngspice the circuit, run it, and make ngspice forget it; coils begin with ``currents`` (A)."""
+        """Give ngspice the circuit, run it, and make ngspice forget it; inductors begin with ``currents`` (A)."""
         api = self._ngspice_shared
         # a deck's option cshunt would hold for all that follow it
         api.ngSpice_Command(b"unset cshunt_value")
@@ -283,7 +284,7 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
             self.series = {name: self._vector(name).copy() for name in ("time", *deck.probes)}
 
     def _nodes_at(self, time: float) -> dict[str, float]:
-        """Voltages of the nodes and currents of the coils at the accepted point that is nearest to a time (s)."""
+        """Voltages of the nodes and currents of the inductors at the accepted point that is nearest to a time (s)."""
         at = int(np.argmin(np.abs(self._vector("time") - time)))
         return {name: float(self._vector(name)[at]) for name in self.names}
 

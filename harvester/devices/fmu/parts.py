@@ -136,7 +136,7 @@ def check(problem: Problem) -> None:
 def part_of(problem: Problem, scales: Scales, circuit: str = INSIDE, seed: int = 0) -> CompiledPart:
     """The compiled part of a problem in fixed ``scales``, with a ``circuit`` as of `export_fmu`.
 
-    ``seed`` draws the noise record for a tabulated density.
+    ``seed`` draws the noise record for a tabulated PSD.
     """
     eqs = fixed_scales.equations(problem, scales)
     units = fixed_scales.units(problem, scales)

@@ -70,7 +70,7 @@ def export_fmu(
         some of "linux-x86_64", "linux-aarch64", "windows-x86_64" and "macos-aarch64", or "all";
         None: this machine's.
     seed
-        draws the noise record for a tabulated density.
+        draws the noise record for a tabulated PSD.
     argument
         how errors name ``out``.
 

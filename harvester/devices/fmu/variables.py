@@ -44,7 +44,7 @@ OUTPUTS = (
         OUT.WORK,
         "joules",
         "J",
-        "energy from the shaking so far, in the frame of the base",
+        "energy from the excitation so far, in the frame of the base",
     ),
     ("load_energy", OUT.LOAD, "joules", "J", "energy out of the piezo through its load so far"),
     ("damping_energy", OUT.DAMPING, "joules", "J", "energy lost in the damping so far"),

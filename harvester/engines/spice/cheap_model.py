@@ -74,7 +74,7 @@ def cheap_circuit(
 
 
 def ideal_elements(problem: Problem, load: "LoadCircuit") -> "IdealCircuit | None":
-    """The circuit of ideal elements of a package's netlist, or of a user's bridge while paths stay together."""
+    """The circuit of ideal elements of a package's netlist, or of a user's bridge while trajectories stay together."""
     from harvester.circuits.idealised import ideal_circuit
     from harvester.storage.rectifier_cut import plain_bridge
 
@@ -165,7 +165,7 @@ def _compiled_beside(
     """The compiled circuit at the step of its ``twin``, settled from its states, and the seconds of compiling.
 
     That is of ideal elements: it knows the step and its bias in a hundredth of the time, and fills
-    the store.
+    the storage capacitor.
     """
     from harvester.circuits.beside_ideal import SETTLING, compiled_beside
     from harvester.mechanics.ensemble.burn_in import memory

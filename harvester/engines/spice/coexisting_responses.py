@@ -1,4 +1,4 @@
-"""The other responses that a steady drive may have: found without ngspice from many starts, each continued by ngspice.
+"""Other responses that a steady excitation may have: found without ngspice from many starts, each continued by ngspice.
 
 The search (`harvester.engines.coexisting_responses`) is by the equations with a load resistor or
 with ideal elements. A run of ngspice begins in a state of each response that it names, and moves to
@@ -89,7 +89,8 @@ def _continued(
 ) -> tuple[SteadyResponse, ...]:
     """The responses of ngspice that the ``candidates`` lead to, the most frequent first; that of ``rest`` is known.
 
-    One that leads to none which comes back keeps its own mean.  Those that lead to the same share their starts.
+    One that leads to none which comes back keeps its own mean.  Those that lead to the same share
+    their starts.
     """
     ends = [_continued_from(options, problem, reltol, candidate) for candidate in candidates]
     reached: list[tuple[SteadyResponse | None, Steady]] = [] if rest is None else [(None, rest)]

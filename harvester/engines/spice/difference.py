@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 RUNS = 8
 FEWEST = 3
 AVERAGED = 64.0
-# nondimensional: what they leave out at most, and time constants of the store, if these are shorter
+# nondimensional: what they leave out at most, and time constants of the storage capacitor, if these
+# are shorter
 LONGEST = 300.0
 MEMORIES = 2.0
 SHARE = 0.25  # of a budget, that these runs may take
@@ -45,8 +46,8 @@ def difference_from_ngspice(
     Runs begin in states of the circuit's own trajectories of the step ``h``, and ``settling`` is
     left out of each. Both move as the compiled circuit lets the mass move, so that they stay
     together near a stop; how the mass answers to the difference is left out, which is of the size
-    of the coupling times it.  If a store charges for longer than the runs last, only the part
-    1 - exp(-t/(R C)) of its difference has developed, and the difference is divided by it.
+    of the coupling times it.  If a storage capacitor charges for longer than the runs last, only
+    the part 1 - exp(-t/(R C)) of its difference has developed, and the difference is divided by it.
 
     Half of the runs are enough if they show that the load's power differs by less than ``enough``.
     Runs that have not ended in `SHARE` of the budget are left out.  Empty if ngspice is
@@ -83,7 +84,7 @@ def difference_along(
 ) -> dict[str, float]:
     """The same of a periodic response, whose motion ngspice's circuit follows for some periods.
 
-    They are whole ones, after `MEMORIES` of the store, or `LONGEST`.  Empty as of
+    They are whole ones, after `MEMORIES` of the storage capacitor, or `LONGEST`.  Empty as of
     `difference_from_ngspice`, or at the ``deadline`` of `time.monotonic`.
     """
     h = response.path.h
@@ -134,7 +135,7 @@ def _beside(problem: Problem, h: float) -> "tuple[CompiledCircuit, CoupledDevice
 
 
 def difference_come(settling: float, circuit: "CompiledCircuit") -> float:
-    """The part of its difference that a store has come to amid the averages after ``settling``."""
+    """The part of its difference that a storage capacitor has come to amid the averages after ``settling``."""
     return -math.expm1(-(settling + 0.5 * AVERAGED) / circuit.memory)
 
 

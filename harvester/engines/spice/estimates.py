@@ -1,7 +1,7 @@
 """The answers of engine `spice`: from runs on noise, from a periodic response, or if its time was over before.
 
-Means, with the known part of their errors, the power balance or the energy ledger, and under a
-steady drive the motion.
+Means, with the known part of their errors, the power balance or the energy balance, and under a
+steady excitation the motion.
 """
 
 import dataclasses
@@ -98,7 +98,7 @@ def sampled_estimate(
 def steady_estimate(
     options: MonteCarloOptions, name: str, problem: Problem, steady: Steady, seconds: float
 ) -> Estimate:
-    """The answer that a periodic response gives, with its energy ledger, after so many ``seconds`` with compilation."""
+    """The answer that a periodic response gives, with its balance, after so many ``seconds`` with compilation."""
     units = problem.units
     last = steady.last
     within = number(options.within)
@@ -191,7 +191,7 @@ def partial_answer(
 ) -> Estimate:
     """The results of a ``setup``'s cheap model, or else the means of one run of ngspice until then.
 
-    Either comes with a warning, and without a whole error.  If there is neither, or if the run did
+    Either comes with a warning, and without a total error.  If there is neither, or if the run did
     not cover the slowest transient of the mechanics, the error is raised.
     """
     if setup is not None and setup.pair is not None:

@@ -18,7 +18,7 @@ PATIENCE = 3e7  # steps of all ngspice runs together: a minute to some minutes
 SHORTEST = 30.0  # s: in a smaller budget a few runs may not end; steps are counted for this
 STEPS_A_SECOND = 1e5  # that a budget counts for: of a netlist on a slow machine
 WINDOWS = 3.0  # burn-ins that a trajectory goes on for, paired or towards a target
-TOGETHER = 0.5  # the same where it stays on one path with its pair
+TOGETHER = 0.5  # the same where it stays on one trajectory with its pair
 # nondimensional duration of short runs, and how many there are at first
 SHORT = 8.0
 SHORT_RUNS = 64

@@ -1,4 +1,4 @@
-"""The energy ledgers of ngspice runs: entries of an answer, and doubts about a netlist."""
+"""The energy balances of ngspice runs: entries of an answer, and doubts about a netlist."""
 
 from typing import TYPE_CHECKING
 
@@ -50,7 +50,7 @@ def gives_power(watts: float) -> SimulationError:
 
 
 def ledger_remarks(ledgers: "list[EnergyLedger]") -> list[Diagnostic]:
-    """Warnings of ledgers that do not close, and of a netlist that gives energy, or continues to store it.
+    """Warnings of energy balances that do not close, and of a netlist that gives energy, or continues to store it.
 
     Each beyond the errors of several runs.
     """

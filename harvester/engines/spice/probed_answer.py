@@ -30,7 +30,7 @@ MEAN, SQUARE, LEAST, LARGEST = range(4)  # columns of what the runs hand back
 
 @dataclass(frozen=True)
 class Watch:
-    """The watched quantities: the ``probes`` that were asked for, and for the ledger the ``parts`` by name."""
+    """The watched quantities: the ``probes`` that were asked for, and for the energy balance the ``parts`` by name."""
 
     probes: tuple[Probe, ...] = ()
     parts: tuple[tuple[str, tuple[Probe, ...]], ...] = ()

@@ -91,7 +91,7 @@ class SpiceSetup:
 
     @property
     def stays_together(self) -> bool:
-        """Whether ngspice and the cheap model follow one path from settled states: ideal diodes alone, and no stop."""
+        """Whether ngspice and the cheap model agree from settled states: ideal diodes alone, and no stop."""
         from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
         circuit = self.device.ideal
@@ -135,7 +135,7 @@ class SpiceSetup:
     def n_steps(self, duration: float) -> int:
         """Steps of a trajectory of that nondimensional duration after its burn-in.
 
-        They make whole readings and periods of the shaking, and are an even number.
+        They make whole readings and periods of the excitation, and are an even number.
 
         Raises InputError for more than one trajectory may make.
         """
@@ -224,7 +224,7 @@ def set_up(
 
 
 def _stride(pilot: "Trajectories") -> int:
-    """Kicks between readings: whole readings in a period of the shaking, if it has one."""
+    """Kicks between readings: whole readings in a period of the excitation, if it has one."""
     return max(1, round(READING / pilot.h)) if pilot.eqs.shaking_period is None else pilot.stride
 
 
@@ -267,7 +267,7 @@ def _settled_after(pilot: "Trajectories") -> float:
 
 
 def _whole_periods(time: float, period: float | None) -> float:
-    """A time rounded up to whole periods of the shaking, if it has one."""
+    """A time rounded up to whole periods of the excitation, if it has one."""
     return time if period is None else period * math.ceil(time / period - 1e-6)
 
 

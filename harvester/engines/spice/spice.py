@@ -144,7 +144,7 @@ class Spice(MonteCarloOptions, Engine):
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
         """Independent trajectories, each its own ngspice run; means after the burn-in.
 
-        Under a steady drive the periodic response, if it has one, unless
+        Under a steady excitation the periodic response, if it has one, unless
         trajectories or a duration are given.
         """
         problem = Problem.of(scene)
@@ -200,7 +200,7 @@ class Spice(MonteCarloOptions, Engine):
     def run_near(
         self, scene: AnyScene, near: "Steady | Neighbour | None", progress: Progress | None = None
     ) -> tuple[Estimate, Steady | None]:
-        """As `run`, and the periodic response if it has one: from rest, or on from ``near``, of a drive close by."""
+        """As `run`, and any periodic response: from rest, or on from ``near``, of an excitation close by."""
         problem = served(type(self), scene)
         begin = time.perf_counter()
         watch = watch_of(problem, self.probe, self.ledger) if self.probe or self.ledger else Watch()

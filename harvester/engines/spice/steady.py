@@ -1,4 +1,4 @@
-"""Engine `spice` under a steady drive: one periodic response, at several steps and tolerances; nothing is sampled.
+"""Engine `spice` under a steady excitation: one periodic response, at several steps and tolerances; nothing is sampled.
 
 The response is found once, from rest or from a neighbouring one, and followed to steps of a half
 and a quarter and to a tenth of ngspice's tolerance; ngspice integrates by the trapezoidal rule, or
@@ -40,7 +40,7 @@ RUNNING = 0.5  # of the budget, for the runs at least: their processes take some
 SETTLED = 0.1
 ROUGHEST, FINEST = 3e-4, 1e-6  # the same, of the response's size
 FEWEST_STEPS = 64  # steps in a period, of the longest step
-SAME_PHASE = 1e-9  # of the drive's period
+SAME_PHASE = 1e-9  # of the excitation's period
 # of the error asked for: a tolerance's part that is measured at one of so many neighbours
 LITTLE = 0.02
 NEIGHBOURS = 8
@@ -222,7 +222,7 @@ class Steady:
         return value + change, (step, tolerance, left)
 
     def value(self, name: str) -> Value:
-        """A quantity of `errors` with its whole error; as it was last found and without, if that is not known."""
+        """A quantity of `errors` with its total error; as it was last found and without, if that is not known."""
         if self.unknown:
             return Value(float(getattr(self.last, name)), unknown=STEP_AND_TOLERANCE)
         value, parts = self.errors(name)

@@ -1,4 +1,4 @@
-"""How engine `spice` finds the response to a steady drive: from rest, or by continuation from a neighbouring one.
+"""How engine `spice` finds the response to a steady excitation: from rest, or by continuation from a neighbouring one.
 
 If the mass is linear and the circuit feeds nothing there is one response only, and from that of
 a neighbouring scene it is found in a few periods.
@@ -46,7 +46,7 @@ def steady_response(
     probes: tuple[Probe, ...] = (),
     near: "Steady | Neighbour | None" = None,
 ) -> Steady | None:
-    """The response from rest to a steady drive, and its errors; None if it does not come back.
+    """The response from rest to a steady excitation, and its errors; None if it does not come back.
 
     With ``near``, the response of a scene a little different, it is that which a slow change leads
     to.  It continues to smaller steps and tolerances until the target is reached, the budget spent,

@@ -6,9 +6,9 @@ constants of the load (1/mu; with a circuit, `CHARGING_TIMES` of its capacitor, 
 power agrees as well) and `CORRELATION_TIMES` correlation times of the energy, of V^2 and of the
 load's power, estimated from the same window.  The last one may be shorter.
 
-Between unlike wells these times are those of x as well, which sees hops.  Where hops are so rare
-that this would last too long, the burn-in ends when all else is forgotten
-(`harvester.mechanics.ensemble.hopping`).
+Between unlike wells these times are those of x as well, which sees inter-well transitions.  If
+inter-well transitions are so rare that this would last too long, the burn-in ends when all else is
+forgotten (`harvester.mechanics.ensemble.hopping`).
 """
 
 import time
@@ -42,7 +42,7 @@ SHORTEST = 0.25  # of the window before: one that ends a burn-in
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 # from a window of half the burn-in they come out too short by a quarter at worst
 CORRELATION_TIMES = 10.0
-DRIFTING = 2.0  # times as long, where means may still change by hops between wells
+DRIFTING = 2.0  # times as long, where means may still change by inter-well transitions
 # times CORRELATION_TIMES: time constants of a small transient, of which e^-12 is left
 TRANSIENTS = 1.2
 MOST_STEPS = 2e10  # trajectory-steps of a burn-in without a budget: half a minute or so
@@ -57,9 +57,9 @@ GROWN = 1e12  # times the first energy: a growth that no response without a grow
 def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[Diagnostic]:
     """Run trajectories until their start is forgotten, and return warnings.
 
-    A step that turns out too long for the response is made shorter, and the trajectories begin again, unless their step
-    is fixed.  ``budget`` is the time that this may need, about, in seconds; below one it counts as
-    one.
+    A step that turns out too long for the response is made shorter, and the trajectories begin
+    again, unless their step is fixed.  ``budget`` is the time that this may need, about, in
+    seconds; below one it counts as one.
 
     Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded,
     but does not become stationary in the budget, or in a sensible time; InputError for a fixed step
@@ -168,7 +168,7 @@ def _check_growth(trajectories: Trajectories, energy: float, first: float) -> No
 def _rare_hops(
     trajectories: Trajectories, now: Moments, length: float, same: bool, load: float
 ) -> Hopping | None:
-    """The hops between unlike wells, if they are few and all else is forgotten; None elsewhere."""
+    """The transitions between unlike wells, if they are few and all else is forgotten; None elsewhere."""
     eqs = trajectories.eqs
     if not (eqs.has_unlike_wells and eqs.is_shaken and eqs.is_random):
         return None
@@ -180,7 +180,7 @@ def _rare_hops(
 def _all_but_hops(
     trajectories: Trajectories, now: Moments, length: float, same: bool, load: float, hops: Hopping
 ) -> bool:
-    """Whether all but hops is forgotten; ``same``: the means are no longer seen to change."""
+    """Whether all but inter-well transitions is forgotten; ``same``: the means are no longer seen to change."""
     within = CORRELATION_TIMES * memory(trajectories, now, length, hops)
     return trajectories.time >= max(load, within if same else DRIFTING * within)
 
@@ -190,9 +190,10 @@ def memory(
 ) -> float:
     """Longest correlation time of energy, V^2 and load power, from a window of a ``length`` that ends now.
 
-    Without noise that of a small transient (`slowest_transient`), so that `CORRELATION_TIMES` of it leave `TRANSIENTS`
-    times as many.  Between unlike wells also that of x, which sees hops however rare: trajectories begin in each of
-    the wells.  With ``hops``, the effect of hops is left out.
+    Without noise that of a small transient (`slowest_transient`), so that `CORRELATION_TIMES` of it
+    leave `TRANSIENTS` times as many.  Between unlike wells also that of x, which sees transitions
+    however rare: trajectories begin in each of the wells.  With ``hops``, the effect of inter-well
+    transitions is left out.
     """
     eqs = trajectories.eqs
     if not eqs.is_random:

@@ -1,8 +1,8 @@
-"""The responses to a steady drive that trajectories from many starts come to: which are one, and the kind of each.
+"""The responses to a steady excitation that trajectories from many starts come to: which are one, and the kind of each.
 
-Each trajectory has a phase of the drive of its own, so that the compared quantities are means
-over whole periods. A response that comes back after some periods of the drive is periodic; for one
-that does not, neighbouring motions part exponentially if it is chaotic (a positive Lyapunov
+Each trajectory has a phase of the excitation of its own, so that the compared quantities are means
+over whole periods. A response that comes back after some periods of the excitation is periodic; for
+one that does not, neighbouring motions part exponentially if it is chaotic (a positive Lyapunov
 exponent), and stay together if it is quasi-periodic.
 """
 
@@ -88,7 +88,9 @@ def from_many_starts(
 
 
 def attractors(trajectories: Trajectories) -> list[Attractor]:
-    """The responses of trajectories under a steady drive, the most frequent first; they continue until they are there.
+    """The responses of trajectories under a steady excitation, the most frequent first.
+
+    The trajectories continue until they have reached them.
 
     Raises UnboundedResponseError as `Trajectories.run`.
     """
@@ -108,7 +110,7 @@ def attractors(trajectories: Trajectories) -> list[Attractor]:
 
 
 def sections(trajectories: Trajectories) -> Floats:
-    """The places of all trajectories in mid-drift, and the part of a period of a steady drive: shape (5, count).
+    """The places of all trajectories in mid-drift, and the part of a period of a steady excitation: shape (5, count).
 
     The rows are x, x', V, a circuit's capacitor voltage (0 without a circuit), and that
     part.

@@ -1,13 +1,14 @@
-"""Hops between unlike wells, counted; and the worth of a mean before they have made the start forgotten.
+"""Transitions between unlike wells, counted; and the worth of a mean before they have made the start forgotten.
 
 Trajectories begin in each of the wells in turn.  Let E_i[f] be the mean of f at some time over
-those that began in well i, after all but hops is forgotten, and p_i the share of well i in the
-stationary law.  Then that law's mean is
+those that began in well i, after all but inter-well transitions is forgotten, and p_i the share of
+well i in the stationary law.  Then that law's mean is
 
     E[f] = sum_i p_i E_i[f],   p_i >= 0,   sum_i p_i = 1
 
 at any time, as the law does not change with it: E[f] lies between the least and the largest E_i[f],
-whatever the shares, however few hops there were.  The two come together as hops are made.
+whatever the shares, however few transitions there were.  The two come together as inter-well
+transitions are made.
 """
 
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from harvester.equations.bounds import barriers
 from harvester.equations.coefficients import Equations
 from harvester.uncertainty.value import Value, mean_and_error
 
-NONE_SEEN = 3.0  # hops at most, at 95 %, if none was seen
+NONE_SEEN = 3.0  # transitions at most, at 95 %, if none was seen
 
 
 @dataclass(frozen=True)

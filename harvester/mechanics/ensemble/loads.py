@@ -36,7 +36,7 @@ from harvester.mechanics.trace import follow, mechanics_of
 
 LOAD_TIMES = 5.0  # time constants of the load
 CHARGING_TIMES = 6.0  # time constants of a smoothing capacitor
-IDEAL_ROWS = 5  # x, x', V, the voltage of the store, and the place of the switch
+IDEAL_ROWS = 5  # x, x', V, the voltage of the storage capacitor, and the place of the switch
 # of a state that a kernel of its own advances: what is above grows without bound, by steps that
 # take ever longer
 LARGEST = 1e100
@@ -226,7 +226,7 @@ class WithResistor:
         return []
 
     def stored(self, state: Floats) -> Floats:
-        """There is no store."""
+        """There is no storage capacitor."""
         return np.zeros(len(state) * BATCH)
 
     def check(self, own_sums: Floats, state: Floats) -> None:
@@ -430,7 +430,7 @@ class ModesWithIdeal(WithStore, ModesWithResistor):
         return block._replace(**dict(zip("Um", state[3:5], strict=False)))
 
     def boundary(self, states: Floats) -> Floats:
-        """Those of the modes and the store."""
+        """Those of the modes and the storage capacitor."""
         return self.motion.boundary(states, self.eqs, self.load_rows)
 
 
@@ -453,7 +453,7 @@ class ModesWithCircuit(WithCircuit):
         self.motion.begin(state, self.load_rows)
 
     def boundary(self, states: Floats) -> Floats:
-        """Those of the modes and the store."""
+        """Those of the modes and the storage capacitor."""
         return self.motion.boundary(states, self.eqs, self.load_rows)
 
 

@@ -23,7 +23,7 @@ class OwnCircuit(Protocol):
 
     @property
     def mu(self) -> float:
-        """The load's power over the squared voltage of the store, nondimensional."""
+        """The load's power over the squared voltage of the storage capacitor, nondimensional."""
 
     @property
     def memory(self) -> float:

@@ -78,9 +78,10 @@ def present(numbers: object) -> object:
 class RichardsonPair:
     """Averages of trajectories after their burn-in, and the bias of their step h from others of the step 2 h.
 
-    Both are on the same noise (`harvester.uncertainty.richardson`).  Trajectories that have not run yet are burnt in
-    first, within ``budget`` seconds.  ``burn_in`` and ``duration`` are the nondimensional times before and of the
-    averages, ``seconds_a_unit`` the cost of a unit of time in the last `extend`.
+    Both are on the same noise (`harvester.uncertainty.richardson`).  Trajectories that have not run
+    yet are burnt in first, within ``budget`` seconds.  ``burn_in`` and ``duration`` are the
+    nondimensional times before and of the averages, ``seconds_a_unit`` the cost of a unit of time
+    in the last `extend`.
 
     Trajectories that share a record of tabulated noise have soon seen all of it, and are one entry
     together: to continue, others begin on other records.
@@ -90,10 +91,10 @@ class RichardsonPair:
     same way, once a step, and the compiled one takes parts of a step as short as its own error asks
     for, whatever the step is.
 
-    Trajectories with a circuit's own kernel, whose steps are dear, begin at other steps in states
-    of these, and not from rest.  If the order holds their means are extrapolated to a step of 0
-    (`extrapolates`): to begin anew at half of the step needs longer than the sampling error that
-    this adds.  The remaining bias is stated.
+    Trajectories with a circuit's own kernel, whose steps are expensive, begin at other steps in
+    states of these, and not from rest.  If the order holds their means are extrapolated to a step
+    of 0 (`extrapolates`): to begin anew at half of the step needs longer than the sampling error
+    that this adds.  The remaining bias is stated.
     """
 
     def __init__(

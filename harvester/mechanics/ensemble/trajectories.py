@@ -75,8 +75,8 @@ class Trajectories:
     start
         x, x' and V at the beginning, shape (3,) or (3, count) with whole blocks; None: at rest, in
         each of `resting_places` in turn.  If nothing random shakes it, off it by 1 or half-way to
-        the opposite stop; under a drive spread over that distance, so that several responses to it
-        are found.
+        the opposite stop; under a harmonic excitation spread over that distance, so that several
+        responses to it are found.
     circuit
         the load, in place of the resistive one of the equations; its capacitor is empty at first.
     ngspice_rule
@@ -125,7 +125,7 @@ class Trajectories:
         self.ngspice_rule = ngspice_rule
         self.steps = 0
         self.put_behind(circuit)
-        self.hopping: Hopping | None = None  # where hops are too rare for the start to be forgotten
+        self.hopping: Hopping | None = None  # if transitions are too rare to forget the start
         self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
         self._alike: Callable[..., Trajectories] = partial(
             Trajectories, circuit=circuit, ngspice_rule=ngspice_rule, controlled=self.controlled
@@ -139,8 +139,8 @@ class Trajectories:
     def restart(self, h: float) -> None:
         """Begin again with a step of h, or the next shorter one of which a period has whole multiples.
 
-        Raises SimulationError for a shaking so fast that its steps are below `SHORTEST`, or so slow
-        that a period has more than `MOST_OF_A_PERIOD`.
+        Raises SimulationError for an excitation so fast that its steps are below `SHORTEST`, or so
+        slow that a period has more than `MOST_OF_A_PERIOD`.
         """
         repeat = self.eqs.shaking_period
         self.h = h = whole_steps(h, repeat)
@@ -172,7 +172,7 @@ class Trajectories:
         self.loaded = loaded(self.eqs, circuit)
 
     def _begin_shaking(self) -> None:
-        """Make the filters of shaking other than white noise; all share a record that is not drawn at random."""
+        """Make the filters of excitation other than white noise; all share a record that is not drawn at random."""
         coarse = self.doublings > 0
         grid = 0.5 * self.h if coarse else self.h
         known = filter_of(self.eqs, self.h, coarse)
@@ -185,7 +185,7 @@ class Trajectories:
             self.shakers[k] = of_batch(known, states, words, samples)
 
     def run(self, duration: float, progress: Progress | None = None) -> Moments:
-        """Advance all trajectories by ``duration`` (rounded to whole samples, and periods of a drive) and average.
+        """Advance all trajectories by ``duration`` (rounded to whole samples and periods) and average.
 
         Raises UnboundedResponseError when a trajectory leaves the finite numbers, CircuitError
         if too many circuit steps fail.
@@ -266,7 +266,7 @@ class Trajectories:
     def coarser(self) -> "Trajectories":
         """Fresh trajectories of the same scene, number and start at twice the step, on the same noise.
 
-        Without shaking other than white noise these have coarser ones as well.
+        Without excitation other than white noise these have coarser ones as well.
         """
         other = self._alike(self.eqs, self.count, self.seed, 2.0 * self.h, self.start)
         other.doublings = self.doublings + 1
@@ -276,7 +276,7 @@ class Trajectories:
         return other
 
     def continued(self, eqs: Equations, h: float) -> "Trajectories":
-        """Trajectories that continue from the present states under a drive of another frequency, at a step up to h."""
+        """Trajectories that continue under a harmonic excitation of another frequency, at a step up to h."""
         now = self.state.copy(), self.filter.copy(), self.words.copy()
         return self._alike(eqs, self.count, child(self.seed, 3), h, self.start, origin=now)
 
@@ -335,8 +335,8 @@ def _has_controls(eqs: Equations) -> bool:
 
 
 def _check_period(h: float, repeat: float) -> None:
-    """Refuse a shaking whose period ``repeat`` is too short or too long for steps of h."""
-    period = f"the shaking repeats after {repeat:.2g}/w0"
+    """Refuse an excitation whose period ``repeat`` is too short or too long for steps of h."""
+    period = f"the excitation repeats after {repeat:.2g}/w0"
     if h < SHORTEST:
         raise SimulationError(
             f"{period}, too fast for the mass to follow: a step would be {h:.1e}/w0"

@@ -1,1 +1,1 @@
-"""The compiled kernels: the equation of motion, stops, shaking, noise, and the sums that become moments."""
+"""The compiled kernels: the equation of motion, stops, excitation, noise, and the sums that become moments."""

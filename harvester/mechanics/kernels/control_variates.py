@@ -45,9 +45,10 @@ def energy(x, v, c):
 def add_martingales(i, before, sums, controls, c):
     """Add the noise of two steps of lane i to its martingales; rows of V stay zero if it has no load.
 
-    before: states x, v, V ahead of both, shape (3, BATCH).  sums: over both of v sqrt(N) xi, with the v just
-    before each kick, and of sqrt(N) xi, shape (2, BATCH).  g is v {1, sqrt E, E, E^2, x, V} and {x, sqrt E, V}: a
-    kick's own v, because the stop turns it round, and the factors that vary less but once for both.
+    before: states x, v, V ahead of both, shape (3, BATCH).  sums: over both of v sqrt(N) xi, with
+    the v just before each kick, and of sqrt(N) xi, shape (2, BATCH).  g is v {1, sqrt E, E, E^2, x,
+    V} and {x, sqrt E, V}: a kick's own v, because the stop reverses it, and the factors that vary
+    less but once for both.
     """
     x = before[0, i]
     V = before[2, i]

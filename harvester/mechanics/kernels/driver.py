@@ -24,7 +24,7 @@ from harvester.mechanics.kernels.offset_stops import kick_at_stops, move
 
 
 class IdealLoad(NamedTuple):
-    """An ideal ``circuit`` on a path, its present ``store``, and room for U at samples, (n, 2)."""
+    """An ideal ``circuit`` on a trajectory, its present ``store``, and room for U at samples, (n, 2)."""
 
     circuit: Any
     store: Store
@@ -32,14 +32,14 @@ class IdealLoad(NamedTuple):
 
 
 def drifted(s, d, c, a, load):
-    """The state and the load after the interval d, with the `Impacts`; a is the mean shaking.
+    """The state and the load after the interval d, with the `Impacts`; a is the mean excitation.
 
     An interval shorter than its step leads aside, to mid-drift (`aside`).
     """
 
 
 def kicked(s, xi, h, c, a):
-    """The state after a kick of length h with the variate xi and the shaking a."""
+    """The state after a kick of length h with the variate xi and the excitation a."""
 
 
 def beside(s, room, c):

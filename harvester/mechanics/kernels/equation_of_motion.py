@@ -11,7 +11,7 @@ split into two parts that are each solved in closed form and applied in turn:
     drift   x' = v, V' = v - mu V, with the impact         (exact for every mu and every h)
     kick    v' = -f(x) v - x - alpha x^3 - beta V + a + noise  (x and V held)
 
-(a: other shaking, `harvester.mechanics.kernels.shaking`)
+(a: other excitation, `harvester.mechanics.kernels.shaking`)
 
 Beyond the paper the spring may have terms alpha2 x^2 and -softening x |x|; with ``inertia`` the
 mass is m = 1 + inertia x^2, so that m x'' + inertia x x'^2 = F, which conserves m x'^2/2 for F = 0;
@@ -153,12 +153,12 @@ def meeting(x, v, h, a):
 def drift_at_stop(s, d, c, r, pull=None, shaking=None):
     """Drift a mass that may come to rest on a stop at x = 0, of restitution r: the state, and the impact's speed or 0.
 
-    A voltage V > 0 presses the mass on the stop with the acceleration beta V: it is back ever sooner,
-    infinitely often in a finite time (chatter), and then sticks.  If no external noise keeps it
-    moving, an impact therefore has the speed of the accelerated motion (`meeting`), for between kicks and
-    straight lines small bounces would live for ever; and after an impact whose next flight is shorter than a step
-    the mass sticks: x = x' = 0 (for r = 1, which loses nothing, it continues to bounce).
-    `harvester.mechanics.kernels.offset_stops.kick_at_stops` frees it.
+    A voltage V > 0 presses the mass on the stop with the acceleration beta V: it is back ever
+    sooner, infinitely often in a finite time (chatter), and then sticks.  If no external noise
+    keeps it moving, an impact therefore has the speed of the accelerated motion (`meeting`), for
+    between kicks and straight lines small bounces would live for ever; and after an impact whose
+    next flight is shorter than a step the mass sticks: x = x' = 0 (for r = 1, which loses nothing,
+    it continues to bounce). `harvester.mechanics.kernels.offset_stops.kick_at_stops` frees it.
 
     Without a stop, with external noise, without a force at the stop, or by ngspice's rule, this is
     `drift`.
@@ -280,12 +280,12 @@ def _damped(v, dv, y):
 
 @inlined
 def kick(s, xi, h, c, a=None, other=None):
-    """The velocity after a kick of length h at fixed x, V and shaking a; xi and other are as of `impulse`.
+    """The velocity after a kick of length h at fixed x, V and excitation a; xi and other are as of `impulse`.
 
     v' = -f v + F has the solution v exp(-y) + h F (1 - exp(-y))/y with y = f h.  exp(-y) is
     replaced by 1/(1 + y + y^2/2): correct to the order of the splitting, positive for every
-    y, and tending to 0 with stiff damping, so that no step makes it unstable.  Quadratic damping uses
-    the mean of the speeds before and after, the latter found with the one before: second order
+    y, and tending to 0 with stiff damping, so that no step makes it unstable.  Quadratic damping
+    uses the mean of the speeds before and after, the latter found with the one before: second order
     again.
     """
     force = spring(s.x, c)

@@ -1,4 +1,4 @@
-"""The acceleration of one path under shaking that is not a white noise, kick by kick.
+"""The acceleration of one trajectory under excitation that is not a white noise, kick by kick.
 
 The filters are those of `harvester.mechanics.kernels.shaking`, whose trajectories run side by side.
 """
@@ -62,12 +62,12 @@ def coarse_forcing(
 def forcing(
     eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None, gain: float = 1.0
 ) -> Floats | None:
-    """Accelerations at the times 0, h, ..., steps h of one path, shape (steps + 1,); None without such a shaking.
+    """Accelerations other than white noise at the times 0, h, ..., steps h, shape (steps + 1,); None if there are none.
 
-    ``rng`` draws the phase, the place in the record, or the noise; without it both are the first.  Coloured noise is
-    multiplied by ``gain``.
+    ``rng`` draws the phase, the place in the record, or the noise; without it both are the first.
+    Coloured noise is multiplied by ``gain``.
 
-    Raises InputError for random shaking without a generator.
+    Raises InputError for random excitation without a generator.
     """
     if eqs.coloured is not None or eqs.density is not None:
         if rng is None:
@@ -90,6 +90,6 @@ def forcing(
 
 
 def _sinusoid(eqs: Equations, h: float, steps: int, phase: float) -> Floats:
-    """The accelerations of the drive, which begins with a phase."""
+    """The accelerations of the excitation, which begins with a phase."""
     assert eqs.drive is not None and eqs.drive_frequency is not None
     return np.asarray(eqs.drive * np.cos(eqs.drive_frequency * h * np.arange(steps + 1) + phase))

@@ -1,4 +1,4 @@
-"""Load circuits of diodes, switches and coils on a piezo, solved in closed form between the kicks of the mass.
+"""Load circuits of diodes, switches and inductors on a piezo, solved in closed form between the kicks of the mass.
 
 The piezo gives V' = x' - i at constant x' (`harvester.mechanics.kernels.equation_of_motion`); the
 smoothing capacitor of kappa Cp, with the load across it, has kappa U' = i - mu U - loss.  Voltages
@@ -16,11 +16,11 @@ Switches act at once, after x has come back from an extremum by 1.5 ``hysteresis
 netlists: m follows x with a play of +-``hysteresis``, and the side that x comes back from is
 discharged while it is above the switch's threshold:
 
-    parallel SSHI   V - Vs -> -q (V - Vs) through the coil
-    series SSHI     V - U - 3 Vs -> -q (V - U - 3 Vs) through coil and bridge; the charge enters the capacitor
-    SECE            V -> rest; the coil's energy then flows into the capacitor, less the losses of wire, core and diode
+    parallel SSHI   V - Vs -> -q (V - Vs) through the inductor
+    series SSHI     V - U - 3 Vs -> -q (V - U - 3 Vs) through inductor and bridge; the charge enters the capacitor
+    SECE            V -> rest; the inductor's energy then flows into the capacitor, less losses of wire, core, diode
 
-with Vs the drop of a diode at half of the coil's peak current.
+with Vs the drop of a diode at half of the inductor's peak current.
 """
 
 import math
@@ -33,17 +33,20 @@ from harvester.mechanics.kernels.offset_stops import move, wall_of
 
 
 class SwitchedCoil(NamedTuple):
-    """A coil that inverts: ``kept`` is the share q of the voltage left, ``peak`` the peak current over the voltage."""
+    """An inductor that inverts the voltage.
+
+    ``kept`` is the fraction q of the voltage left, ``peak`` the peak current over the voltage.
+    """
 
     kept: float
     peak: float
 
 
 class Flyback(NamedTuple):
-    """A coil that draws the piezo's energy and gives it to the load.
+    """An inductor that draws the piezo's energy and gives it to the load.
 
-    ``damping`` ratio of the coil with Cp, ``peak`` as in `SwitchedCoil`, ``rest`` the voltage left,
-    ``wire`` the wire's resistance times Cp w0, ``core`` the core's conductance over Cp w0.
+    ``damping`` ratio of the inductor with Cp, ``peak`` as in `SwitchedCoil`, ``rest`` the voltage
+    left, ``wire`` the wire's resistance times Cp w0, ``core`` the core's conductance over Cp w0.
     """
 
     damping: float
@@ -59,7 +62,7 @@ class IdealCircuit(NamedTuple):
     mu = 1/(R Cp w0), kappa = C/Cp; n = N k T/e of one diode over theta l/Cp, leak its saturation
     current and loss that all reverse currents draw from U, over theta l w0; hysteresis over theta
     l/Cp.  ``bridge`` or ``doubler``: the diodes between piezo and capacitor; one of ``parallel``,
-    ``series`` and ``sece`` with ``hysteresis``: the switched coil.
+    ``series`` and ``sece`` with ``hysteresis``: the switched inductor.
     """
 
     mu: float
@@ -123,11 +126,12 @@ def drop(i, n, leak):
 
 @inlined
 def flown_back(w, U, coil, kappa, n, leak):
-    """The voltage of the piezo, and U, after the coil has drawn the piezo's energy and handed it on.
+    """The voltage of the piezo, and U, after the inductor has drawn the piezo's energy and handed it on.
 
-    The piezo's voltage less two drops swings from a to b, in the phase arccos(b/a) of a damped oscillation.  The coil's
-    energy E = L i^2/2 then meets the voltage u = U + drop, so that the share 2 (y - ln(1 + y))/y^2 passes the wire,
-    y = wire i/u, and u^2 core a time 2 E/(i u) is lost in the core; the rest charges the capacitor against U + drop.
+    The piezo's voltage less two drops swings from a to b, in the phase arccos(b/a) of a damped
+    oscillation.  The inductor's energy E = L i^2/2 then meets the voltage u = U + drop, so that the
+    share 2 (y - ln(1 + y))/y^2 passes the wire, y = wire i/u, and u^2 core a time 2 E/(i u) is lost
+    in the core; the rest charges the capacitor against U + drop.
     """
     two = 2.0 * drop(0.5 * w * coil.peak, n, leak)
     a = w - two
@@ -193,8 +197,8 @@ def until_last_event(s, store, d, c, circuit, a):
     """Drift, with the circuit advanced to the last impact or switching only: (state, store, leg, impacts).
 
     The mass flies as in `harvester.mechanics.kernels.offset_stops.move`, between kicks and impacts
-    at a constant speed.  In the state x and v are those at the end; V and the store continue along
-    the ``leg`` (`conducted`).
+    at a constant speed.  In the state x and v are those at the end; V and the storage capacitor
+    continue along the ``leg`` (`conducted`).
     """
     s1, impacts = move(s, d, c, a)
     wall = s.x
@@ -213,7 +217,7 @@ def until_last_event(s, store, d, c, circuit, a):
 def followed(x, wall, first, w, t, V, store, circuit):
     """The circuit up to the last event of a drift of a length t: (V, store, leg).
 
-    The charge goes from x to the ``wall`` in the time ``first``, 0 without an impact, and on at
+    The charge flows from x to the ``wall`` in the time ``first``, 0 without an impact, and on at
     the speed w.
     """
     if first > 0.0:

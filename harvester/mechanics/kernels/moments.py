@@ -18,7 +18,7 @@ from harvester.uncertainty.value import mean_and_error
 
 # times the energy: what no noise does to a stationary path, nor a record that begins quietly
 GROWN = 1e9
-FEWEST = 30  # samples of a path that is long enough to grow
+FEWEST = 30  # samples of a trajectory that is long enough to grow
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Moments:
     damped: Floats
     impacts: Floats  # impacts in a unit of time
     impact_loss: Floats  # energy that the stops took in a unit of time
-    driven: Floats  # power that other shaking than white noise put in, a x'
+    driven: Floats  # power that other excitation than white noise put in, a x'
     # power into the load over beta: mu V^2 of a resistance, mu U^2 of a circuit with a capacitor
     load: Floats
     # Sums of mean zero over the time, shape (n, columns)
@@ -164,7 +164,7 @@ def from_sums(
 
 
 def check_stationary(samples: Floats) -> None:
-    """Raise UnboundedResponseError if samples of x, x' and V, shape (n, 3), grew `GROWN` times over a long path."""
+    """Raise UnboundedResponseError if samples (n, 3) of x, x' and V grew `GROWN` times over a long trajectory."""
     if len(samples) < FEWEST:
         return
     with np.errstate(over="ignore"):
@@ -187,7 +187,8 @@ def from_path(
 ) -> Moments:
     """Moments of a path after the time ``discard``, cut into ``batches`` equal parts; for rigid stops only.
 
-    The load's power is that of a resistance, or of the ``circuit`` that the path was made with.
+    The load's power is that of a resistance, or of the ``circuit`` that the trajectory was made
+    with.
 
     Raises UnboundedResponseError if x^2 + x'^2 + V^2 grew `GROWN` times from the first to the last
     third of them.

@@ -2,11 +2,11 @@
 
     V1 - V0 + mu t (w V0 + (1 - w) V1) = x' t
 
-for a step of length t at constant velocity.  The weight w makes that exact for a whole drift, not for the parts before
-and after an impact, nor for the halves of a drift in which ngspice lands on a sample.  The difference is one part in a
-million, but it moves a grazing impact now and then to the other side of a kick, and the paths part.  By the same rule
-they agree to rounding, and ngspice's mean needs few runs paired with a long ensemble
-(`harvester.uncertainty.control_variate`).
+for a step of length t at constant velocity.  The weight w makes that exact for a whole drift, not
+for the parts before and after an impact, nor for the halves of a drift in which ngspice lands on a
+sample.  The difference is one part in a million, but it moves a grazing impact now and then to the
+other side of a kick, and the trajectories part.  By the same rule they agree to rounding, and
+ngspice's mean needs few runs paired with a long ensemble (`harvester.uncertainty.control_variate`).
 """
 
 import math

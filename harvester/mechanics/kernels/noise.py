@@ -1,8 +1,8 @@
 """Seeded noise: Gaussian on a fixed grid for paths, three-point from random bits for statistics.
 
-Strong: `gaussian_grid` holds one standard normal variate a step, so that the same path can be
+Strong: `gaussian_grid` holds one standard normal variate a step, so that the same trajectory can be
 given to the exact update and to ngspice, and `refined` splits every step in two by the
-Brownian bridge without changing the path at the old grid points.
+Brownian bridge without changing the trajectory at the old grid points.
 
 Weak: a variate that is 0 with probability 2/3 and +-sqrt(3) with 1/6 each has the first five
 moments of a Gaussian, which is all that a scheme of weak order 2 uses (Kloeden and Platen,
@@ -29,7 +29,7 @@ def child(seed: np.random.SeedSequence, *keys: int) -> np.random.SeedSequence:
 
 
 def gaussian_grid(seed: np.random.SeedSequence, steps: int) -> Floats:
-    """Standard normal variates, one for each of ``steps`` kicks; the same seed, the same path."""
+    """Standard normal variates, one for each of ``steps`` kicks; the same seed, the same trajectory."""
     return np.random.default_rng(seed).standard_normal(steps)
 
 
@@ -129,7 +129,7 @@ def fill_three_point(noise, s0, s1):
 
 
 def coarsened(noise: Floats) -> Floats:
-    """The same path's noise for steps of twice the length, shape (2 n,) -> (n,), as `draw_noise` makes it."""
+    """The same trajectory's noise for steps of twice the length, shape (2 n,) -> (n,), as `draw_noise` makes it."""
     return np.asarray((noise[::2] + noise[1::2]) * HALF_ROOT)
 
 

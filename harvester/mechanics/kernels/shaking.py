@@ -1,4 +1,4 @@
-"""Shaking that is not a white noise: the acceleration a that every kick adds to the other forces.
+"""Excitation that is not a white noise: the acceleration a that every kick adds to the other forces.
 
     harmonic     a = F cos(Omega t)
     coloured     tau a' = -a + sqrt(2 D) white noise                      (Ornstein and Uhlenbeck)
@@ -75,12 +75,12 @@ class Tone(NamedTuple):
 
 
 class Filter(NamedTuple):
-    """A shaking other than white noise, of trajectories side by side: two linear filters of a state (p, q) each.
+    """An excitation other than white noise, of trajectories side by side: two linear filters of a state (p, q) each.
 
-    p and q are arrays of one state a trajectory, s0 and s1 the words of their random generators; None in a filter of
-    one path.  With a record nothing is filtered: p is the present one of its ``samples``, and q its
-    index.  ``gain`` is the acceleration over p, if it is not 1, and ``tone`` a sinusoid that is
-    added to coloured noise.
+    p and q are arrays of one state a trajectory, s0 and s1 the words of their random generators;
+    None in a filter of one trajectory.  With a record nothing is filtered: p is the present one of
+    its ``samples``, and q its index.  ``gain`` is the acceleration over p, if it is not 1, and
+    ``tone`` a sinusoid that is added to coloured noise.
     """
 
     a11: float
@@ -100,7 +100,7 @@ class Filter(NamedTuple):
 
 
 def filter_of(eqs: Equations, h: float, coarse: bool = False) -> Filter:
-    """The filter of a shaking other than white noise, each coefficient None if absent.
+    """The filter of an excitation other than white noise, each coefficient None if absent.
 
     ``coarse``: it makes two steps of h/2 in each step, on the noise of both, so that the
     trajectories of a Richardson pair are shaken alike.

@@ -24,7 +24,7 @@ def shorter_step(h: float, frequency: float) -> float | None:
 
 
 def whole_steps(h: float, repeat: float | None) -> float:
-    """The longest step up to h of which a shaking's period ``repeat`` takes a multiple of `FINEST`; h if it is None.
+    """The longest step up to h of which the period ``repeat`` takes a multiple of `FINEST`; h if it is None.
 
     A step that is twice or four times such a one is accepted as it is.
     """
@@ -42,7 +42,7 @@ def whole_steps(h: float, repeat: float | None) -> float:
 
 
 def step_from_rest(eqs: Equations, part: float = 1.0) -> float:
-    """A ``part`` of the default step of a path from rest, also for a hardening spring at an amplitude of 1.
+    """A ``part`` of the default step of a trajectory from rest, also for a hardening spring at an amplitude of 1.
 
     A period of the excitation has whole steps of it.
     """
@@ -54,16 +54,17 @@ def step_from_rest(eqs: Equations, part: float = 1.0) -> float:
 def typical_frequency(eqs: Equations, x2: float, v2: float | None = None) -> float:
     """Frequency that the step must resolve: w^2 = 1 + beta + 3 alpha E[x^2] (nondimensional).
 
-    The default step is `STEP` over it.  ``x2`` is the response's E[x^2], ``v2`` its E[x'^2] if that is known.
+    The default step is `STEP` over it.  ``x2`` is the response's E[x^2], ``v2`` its E[x'^2] if that
+    is known.
 
-    For other springs the linear and the quadratic term's slope, with E[x^2]^(1/2), represent the 1 if they are more.
-    With ``v2`` the bounces of a mass that the spring presses on a stop count too (`chatter`), up to `FASTEST_CHATTER`.
-    Noise of a band asks for its upper end; a harmonic drive of a sharp resonance of loss c asks
-    for 0.2/sqrt(c): the step h detunes it by a part h^2/24, which is then a hundredth of its width.  A friction that
-    feeds energy at a rate c asks for c h up to `MOST_FED`: from 1 on a kick would remove energy in
-    its place.  Strong impacts under white noise, whose bias falls slowly with the step, ask for
-    `IMPACTS` times as many. Among further modes the highest asks for `STEP_OF_HIGHEST`, or for
-    `AT_STOP`.
+    For other springs the linear and the quadratic term's slope, with E[x^2]^(1/2), represent the 1
+    if they are more. With ``v2`` the bounces of a mass that the spring presses on a stop count too
+    (`chatter`), up to `FASTEST_CHATTER`. Band-limited noise asks for its upper end; a harmonic
+    excitation of a sharp resonance of loss c asks for 0.2/sqrt(c): the step h detunes it by a part
+    h^2/24, which is then a hundredth of its width.  A friction that feeds energy at a rate c asks
+    for c h up to `MOST_FED`: from 1 on a kick would remove energy in its place.  Strong impacts
+    under white noise, whose bias falls slowly with the step, ask for `IMPACTS` times as many. Among
+    further modes the highest asks for `STEP_OF_HIGHEST`, or for `AT_STOP`.
     """
     linear, alpha2, alpha = eqs.spring
     soft = abs(alpha2) + (eqs.softening or 0.0)
@@ -94,10 +95,10 @@ def _of_highest_mode(eqs: Equations, spring: float) -> float:
 def chatter(pressure: float, n1: float | None, v2: float) -> float:
     """Frequency that the step must resolve if noise keeps a mass bouncing that the spring presses on a stop.
 
-    w^2 = F^3/(10 N1 v) for a spring's acceleration F = ``pressure`` there, with v^2 = ``v2`` = E[x'^2], but v at least
-    N1/F, which noise gives to a mass that bounces no more.  As the spring acts in kicks, each
-    bounce is off by up to F v h in energy, and so many random errors heat the mass: by a part F^3
-    h^2/(10 N1 v), or so, which is 1 % at h = 0.1/w.
+    w^2 = F^3/(10 N1 v) for a spring's acceleration F = ``pressure`` there, with v^2 = ``v2`` =
+    E[x'^2], but v at least N1/F, which noise gives to a mass that bounces no more.  As the spring
+    acts in kicks, each bounce is off by up to F v h in energy, and so many random errors heat the
+    mass: by a part F^3 h^2/(10 N1 v), or so, which is 1 % at h = 0.1/w.
     """
     if n1 is None or pressure == 0.0:
         return 0.0

@@ -1,9 +1,10 @@
 """The kernel of many trajectories: a batch of them side by side, advanced with the sums of their moments.
 
-The innermost loops run over the trajectories of a batch, so that the compiler turns them into vector instructions; each
-trajectory keeps its own state and its own random generator.  With a resistor a step is one loop.  With a circuit
-(`harvester.mechanics.kernels.ideal_circuit`) it is three: the rare events, an impact or a
-switching, and then the events of every step, the flow through the diodes, and the kick.
+The innermost loops run over the trajectories of a batch, so that the compiler turns them into
+vector instructions; each trajectory keeps its own state and its own random generator.  With a
+resistor a step is one loop.  With a circuit (`harvester.mechanics.kernels.ideal_circuit`) it is
+three: the rare events, an impact or a switching, and then the events of every step, the flow
+through the diodes, and the kick.
 
 Long because the one step of all ensembles is compiled as a whole.
 """
@@ -56,8 +57,8 @@ IDEAL_SUMS = (*SUMS, "load")
 class Batch(NamedTuple):
     """The arrays that a kernel changes: states after a kick, words of generators, sums; shapes (BATCH,), (rows, BATCH).
 
-    U and m are the states of a circuit (`Store`); ``controls``, shape (`martingales`, BATCH), are those of
-    `harvester.mechanics.kernels.control_variates`.  None: nothing of them is compiled.
+    U and m are the states of a circuit (`Store`); ``controls``, shape (`martingales`, BATCH), are
+    those of `harvester.mechanics.kernels.control_variates`.  None: nothing of them is compiled.
     """
 
     x: Floats
@@ -74,9 +75,9 @@ class Batch(NamedTuple):
 class Schedule(NamedTuple):
     """``samples`` times ``stride`` steps.
 
-    A draw of random bits is the noise of two steps, and ``stride`` even; or of one step, after ``doublings`` of it.  By
-    ngspice's rule the state is that of a sample in mid-drift, at which ngspice has ``landed``, and
-    continues from there.
+    A draw of random bits is the noise of two steps, and ``stride`` even; or of one step, after
+    ``doublings`` of it.  By ngspice's rule the state is that of a sample in mid-drift, at which
+    ngspice has ``landed``, and continues from there.
     """
 
     samples: int
@@ -102,7 +103,7 @@ def _drift_and_add_impacts(i, sums, s, d, c, a):
 
 @forced
 def _kick_and_add_work(i, sums, s, xi, other, h, c, a):
-    """Kick trajectory i, and add up the work of shaking other than white noise: its velocity."""
+    """Kick trajectory i, and add up the work of excitation other than white noise: its velocity."""
     v1 = kick_at_stops(s, xi, h, c, a, other)
     if a is not None:
         sums[12, i] += 0.5 * h * a * (s.v + v1)
@@ -202,9 +203,10 @@ def _to_mid_drift(b, room, did, accelerations, half, c, circuit, shaker):
 def advance(b, schedule, h, circuit, c, shaker, update):
     """Advance a `Batch` by a `Schedule` of steps and add up its moments.
 
-    h is the step, ``update`` how the voltage is carried along (`harvester.mechanics.kernels.intervals`), c the
-    coefficients, and ``shaker`` the `harvester.mechanics.kernels.shaking.Filter` of the batch, its states changed in
-    place.  If there is external and parametric noise, each has a draw with a resistor (`impulse`).
+    h is the step, ``update`` how the voltage is carried along
+    (`harvester.mechanics.kernels.intervals`), c the coefficients, and ``shaker`` the
+    `harvester.mechanics.kernels.shaking.Filter` of the batch, its states changed in place.  If
+    there is external and parametric noise, each has a draw with a resistor (`impulse`).
     """
     x = b.x
     v = b.v

@@ -35,7 +35,7 @@ from harvester.mechanics.modes.modal_step import (
 )
 
 RESISTOR_ROWS = 3  # rows of one mode with a resistor: x, x', V
-BESIDE = 7  # rows of z beside the states: two of noise, two of shaking; impacts, their energy, work
+BESIDE = 7  # rows of z after the states: two of noise, two of excitation; impacts, energy, work
 
 
 @kernel

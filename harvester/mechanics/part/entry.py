@@ -68,7 +68,7 @@ def read(template, numbers, first):
 
 
 def stored(circuit, w, at):
-    """The load of a circuit, whose store the state has; None without."""
+    """The load of a circuit, whose storage capacitor the state has; None without."""
 
 
 @version_of(stored, circuit=None)

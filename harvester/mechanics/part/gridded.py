@@ -3,7 +3,7 @@
 The grid is that of the package's ensembles and paths (`harvester.mechanics.trace`): a kick at each
 point, half a kick at the first, and a drift between them with any number of impacts.  A time
 between two points is reached by a part of the drift, from the point before: whatever the
-communication steps, the path is the same to the last digit.
+communication steps, the trajectory is the same to the last digit.
 """
 
 from typing import NamedTuple
@@ -61,7 +61,7 @@ class Gridded(NamedTuple):
 
 
 class Spent(NamedTuple):
-    """Energies over beta: in a circuit's load resistance, and lost in its diodes and coil."""
+    """Energies over beta: in a circuit's load resistance, and lost in its diodes and inductor."""
 
     load: float
     lost: float
@@ -81,7 +81,7 @@ class Flight(NamedTuple):
 
 
 def with_store(load, w):
-    """The load with the store of the state."""
+    """The load with the storage capacitor of the state."""
 
 
 @version_of(with_store, load=None)
@@ -95,7 +95,7 @@ def _with_store(load, w):
 
 
 def keep_store(load, w):
-    """Keep the store of the load in the state."""
+    """Keep the storage capacitor of the load in the state."""
 
 
 @version_of(keep_store, load=None)
@@ -172,7 +172,7 @@ def _circuit_spent(m, before, end, t):
 
 @inlined
 def flight(m, load, t, a, grid):
-    """The first t of the drift of a step; ``a`` is the shaking's mean over it."""
+    """The first t of the drift of a step; ``a`` is the excitation's mean over it."""
     d = interval(grid.h, t, grid.c.mu)
     end = drifted(State(m.x, m.v, m.V), d, grid.c, a, load)
     s1, load1, did = end

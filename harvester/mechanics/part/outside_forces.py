@@ -35,7 +35,7 @@ class Outside(NamedTuple):
 
 
 class PartMotion(NamedTuple):
-    """A state at the time t, with the energies so far: shaking, load and damping."""
+    """A state at the time t, with the energies so far: excitation, load and damping."""
 
     x: float
     v: float
@@ -60,7 +60,7 @@ def at_time(m, t):
 
 @inlined
 def acceleration(t, outside):
-    """The shaking's acceleration at the time t."""
+    """The excitation's acceleration at the time t."""
     a = outside.a + outside.slope * (t - outside.since)
     if outside.drive is not None:
         a += outside.drive * math.cos(outside.drive_frequency * t)

@@ -165,7 +165,7 @@ def is_on_stop(m, c):
 
 @inlined
 def report(out, m, quiet, c, load, a):
-    """Fill the report as far as a motion, its load and the shaking ``a`` determine it.
+    """Fill the report as far as a motion, its load and the excitation ``a`` determine it.
 
     The force on the base is minus the mass times its acceleration in space: at rest on a stop that
     is the base's, which is -a.

@@ -2,7 +2,8 @@
 
 Each file of this folder has the ``MESSAGES`` of the subpackages that it is named after: a text with
 the names of its numbers in braces, or a function of them if the sentence depends on them;
-``{seconds!t}`` is a time with its unit, and ``{error!p}`` a fraction in per cent.  An argument of
+``{seconds!t}`` is a time with its unit, ``{error!p}`` a fraction in per cent, and ``{error:.1%}``
+one with so many decimals.  An argument of
 Python is in backticks, such as `within`; a command prints it as --within.
 """
 
@@ -48,5 +49,12 @@ class _Sentence(Formatter):
 
     def convert_field(self, value: Any, conversion: Any) -> Any:
         """A time (s) for ``!t``, such as 20 ms or 4 min 3 s, and a percentage for ``!p``; other conversions as always."""
-        ours = {"t": duration, "p": in_percent}.get(conversion)
-        return ours(value) if ours else super().convert_field(value, conversion)
+        if conversion == "t":
+            return duration(value)
+        return in_percent(value) if conversion == "p" else super().convert_field(value, conversion)
+
+    def format_field(self, value: Any, format_spec: str) -> Any:
+        """A percentage with a space, such as 12 % for ``:.0%``; other formats as always."""
+        if format_spec.endswith("%"):
+            return in_percent(value, format_spec[:-1] + "f")
+        return super().format_field(value, format_spec)

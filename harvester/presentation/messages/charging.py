@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 
-from harvester.uncertainty.value import duration
+from harvester.uncertainty.value import duration, in_percent
 
 
 def _not_reached(
     share: float, runs: int, time: float, unit: str, by_default: bool, height: float
 ) -> str:
-    who = f"{share:.1%} of the runs do" if runs > 1 else "the run does"
+    who = f"{in_percent(share, '.1f')} of the runs do" if runs > 1 else "the run does"
     limit = "the default" if by_default else "`duration`"
     where = f"at {height:.3g} times the target on average"
     remedy = "increase `duration`, the load resistance or the excitation"

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from harvester.uncertainty.value import Value, amount
+from harvester.uncertainty.value import Value, amount, in_percent
 
 _COUPLING = {
     "strong": "the load damps the mass and shifts its resonance",
@@ -12,14 +12,14 @@ _COUPLING = {
 
 
 def _best_load(power: float, ohm: float, low: float, high: float, near: float, at_end: bool) -> str:
-    near_it = f"{near:.0%} of it from {_ohm(low)} to {_ohm(high)}"
+    near_it = f"{in_percent(near, '.0f')} of it from {_ohm(low)} to {_ohm(high)}"
     end = ", the end of the range" if at_end else ""
     return f"the best mean power, {amount(power, 'W')}, at about {_ohm(ohm)} ({near_it}){end}"
 
 
 def _own_load(own: float, share: float, near: float, nearly: float, **best: float) -> str:
     how = "near the best" if round(share, 2) >= nearly else "far from the best"
-    return f"{how}: your {_ohm(own)} gives {share:.0%} of {_best_load(near=near, **best)}"  # type: ignore[arg-type]
+    return f"{how}: your {_ohm(own)} gives {in_percent(share, '.0f')} of {_best_load(near=near, **best)}"  # type: ignore[arg-type]
 
 
 def _told_apart(number: float, other: float) -> str:

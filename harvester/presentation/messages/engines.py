@@ -47,9 +47,9 @@ def _effort(
     physical: bool,
 ) -> str:
     return (
-        f"`within` {in_percent(within)} chose a step of {step:.3g}{_s(physical)}, whose bias is {bias:.2%} +- "
-        f"{half95(bias_error):.2%}, measured against twice the step on the same noise, and "
-        f"{duration:.3g}{_s(physical)} of {trajectories} trajectories, for the spread of their means"
+        f"`within` {in_percent(within)} chose a step of {step:.3g}{_s(physical)}, whose bias is {in_percent(bias, '.2f')} +- "
+        f"{in_percent(half95(bias_error), '.2f')}, measured against twice the step on the same noise, and "
+        f"{duration:.3g}{_s(physical)} of {trajectories} trajectories, from the spread of their means"
     )
 
 
@@ -85,9 +85,7 @@ def _averaging_doubtful(error: float, why: str) -> str:
         "noise": "parametric noise is strong compared with the damping",
         "impacts": "impacts absorb much of the energy in one cycle",
     }[why]
-    return (
-        f"averaging is doubtful here (estimated error {error:.0%}): {reason}; check with 'ensemble'"
-    )
+    return f"averaging is doubtful here (estimated error {in_percent(error, '.0f')}): {reason}; check with 'ensemble'"
 
 
 def _rare_hops(

@@ -102,7 +102,7 @@ def _not_periodic(
 def _stores(share: float) -> str:
     said = "not stationary: mass, piezo and Csmooth still store"
     if share <= MUCH:
-        return f"{said} {share:.0%} as much as the load power"
+        return f"{said} {in_percent(share, '.0f')} as much as the load power"
     return (
         f"{said} more than {MUCH:g} times the load power, which is next to nothing: does a current "
         "find its way back to the piezo, which a single diode prevents, and is any element a short "
@@ -151,7 +151,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "too large",
     "needs_smaller_dt": "`within` {within!p} needs a smaller `dt`: the time-step bias alone is too large",
     "steady_within": _steady_within,
-    # responses to a steady drive
+    # responses to a steady excitation
     "not_periodic": _not_periodic,
     "comes_back": _returns,
     "precision_unknown": _precision_unknown,

@@ -46,7 +46,7 @@ def _node_answer(
 def _verdict(longer: float, error: float, survived: float | None) -> str:
     """Whether a storage outlasts an outage: by its mean time, or in a part of the cases under noise."""
     if survived is not None and 0.0 < survived < 1.0:
-        return f"in {survived:.0%} of cases"
+        return f"in {in_percent(survived, '.0f')} of cases"
     if abs(longer) < error:
         return "uncertain"
     return "yes" if longer >= 0.0 else "no"
@@ -113,7 +113,7 @@ MESSAGES = {
         f"the mean power still changes by {in_percent(share)} after {clock(seconds)}"
     ),
     "circuit_left_out": "left out: {why}",
-    "chip_without_netlist": "'harvester node' supports it by its data sheet's table, but no netlist of it is here to compare",
+    "chip_without_netlist": "'harvester node' supports it by its datasheet's table, but no netlist of it is here to compare",
     "chip_not_asked": "chips are compared under a harmonic excitation, or if `chips` names them",
     "capacitor_kept": lambda has, smallest: (
         f"kept: {amount(has, 'F')} is enough, and {amount(smallest, 'F')} would be"

@@ -2,15 +2,19 @@
 
 from collections.abc import Callable
 
+from harvester.uncertainty.value import in_percent
+
 
 def _check_agrees(engine: str, count: int, largest: float) -> str:
     where = "the compared point" if count == 1 else f"all {count} compared points"
-    return f"agrees with {engine} at {where}: {largest:.1%} apart at most"
+    return f"agrees with {engine} at {where}: {in_percent(largest, '.1f')} apart at most"
 
 
 def _check_differs(engine: str, count: int, largest: float, beyond: int) -> str:
     where = "the compared point" if count == 1 else f"{beyond} of {count} compared points"
-    return f"differs from {engine} beyond both errors at {where}: {largest:.1%} at most"
+    return (
+        f"differs from {engine} beyond both errors at {where}: {in_percent(largest, '.1f')} at most"
+    )
 
 
 MESSAGES: dict[str, str | Callable[..., str]] = {

@@ -1,1 +1,1 @@
-"""Shaking by name: densities of test standards, lines of machines and of walking, shocks."""
+"""Excitation by name: densities of test standards, lines of machines and of walking, shocks."""

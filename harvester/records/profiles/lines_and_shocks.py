@@ -1,4 +1,4 @@
-"""Shaking that repeats itself: shocks, and the few lines of a machine or of walking.
+"""Excitation that repeats itself: shocks, and the few lines of a machine or of walking.
 
 A shock is single, or there are so many a second:
 

@@ -14,7 +14,7 @@ from harvester.records.records import TabulatedDensity
 
 @dataclass(frozen=True)
 class Profile:
-    """A shaking by name: ``what`` in a line, the ``source`` of its numbers, and its keys of [excitation].
+    """An excitation by name: ``what`` in a line, the ``source`` of its numbers, and its keys of [excitation].
 
     Those of ``needs`` must be given, those of ``takes`` may be; all others must be left out.
     ``random`` profiles are noise with that PSD, the others a record that repeats itself.

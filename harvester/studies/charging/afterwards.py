@@ -1,7 +1,7 @@
 """After the first passage: how much of the time a quantity is at or above the target, and how often it rises to it.
 
-A chip's output switches on and off as its store fills and empties; its first passage is the first
-time that it wakes.
+A chip's output switches on and off as its storage capacitor fills and empties; its first passage is
+the first time that it wakes.
 """
 
 import math

@@ -18,11 +18,11 @@ FEW = 20  # runs, of which 5 % are less than one
 
 
 class Level(Result):
-    """One voltage on the way: the store's energy there, and the times and the power until there.
+    """One voltage on the way: the storage capacitor's energy there, and the times and the power until there.
 
     ``time`` is None if a run never gets there; ``low`` and ``high`` are the times by which 5 and 95
     % of the runs have; ``power`` is the mean from the level before, None if a run never gets there
-    or the probe is not the store.
+    or the probe is not the storage capacitor.
     """
 
     SHORT = ("voltage", "time")

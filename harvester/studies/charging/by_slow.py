@@ -1,4 +1,4 @@
-"""Charging by the rectifier's mean current: hours of a store in the time for measuring the current."""
+"""Charging by the rectifier's mean current: hours of a storage capacitor in the time for measuring the current."""
 
 import math
 import time
@@ -34,8 +34,8 @@ RUNS = 512  # direct ones under noise
 SLOW_FROM = 30.0  # time constants of the mass: a charge that takes less is not slow
 DIRECT = 25.0  # time constants of the mass of the direct run, at most
 AT_REST = 200  # steps of a mass at rest, in which the board's own draw is measured
-MOST_BESIDE = 0.1  # charge of other capacitors per charge of the store, unknown under noise
-# times the piezo's capacitance: a store that is charged slowly without being asked for
+MOST_BESIDE = 0.1  # charge of other capacitors per charge stored, unknown under noise
+# times the piezo's capacitance: a storage capacitor that is charged slowly without being asked for
 LARGE = 1000.0
 
 
@@ -68,13 +68,13 @@ def _serves_shaking(eqs: Equations, records: bool) -> bool:
 
 
 def charges_slowly(problem: Problem) -> bool:
-    """Whether its store is so large that a direct run would take long."""
+    """Whether its storage capacitor is so large that a direct run would take long."""
     store = None if problem.circuit is None else problem.circuit.smoothing
     return store is not None and store >= LARGE * problem.scales.capacitance
 
 
 def charge_slowly(runs: ChargeRuns) -> Passages:
-    """The passages of the store.
+    """The passages of the storage capacitor.
 
     Raises UnboundedResponseError if the motion grows without bound.
     """
@@ -132,22 +132,22 @@ def _check_draw(problem: Problem, top: float, h: float | None) -> None:
     if charges[0] - charges[1] < top * sum(effective_value(part) or math.inf for part in others):
         names = ", ".join(part.name for part in others)
         raise SimulationError(
-            f"engine slow follows no capacitor that is slow next to the store, but {names} may still be loading "
-            f"at {top:.3g} V, with {watts:.3g} W: use engine 'compiled' or 'spice'"
+            "engine slow follows no capacitor that is slow next to the storage capacitor, but "
+            f"{names} may still be loading at {top:.3g} V, with {watts:.3g} W: use engine 'compiled' or 'spice'"
         )
     raise SimulationError(
-        f"the store does not reach {top:.3g} V: at this voltage the board itself draws {watts:.3g} W, "
-        f"and the mass can give {most:.3g} W at most: is an element across the store intended?"
+        f"the storage capacitor does not reach {top:.3g} V: at this voltage the board itself draws {watts:.3g} W, "
+        f"and the mass can give {most:.3g} W at most: is an element across it intended?"
     )
 
 
 def _other_capacitors(rectifier: Rectifier) -> list[CircuitPart]:
-    """The capacitors of a rectifier but for the store."""
+    """The capacitors of a rectifier but for the storage capacitor."""
     return [part for part in rectifier.parts if part.kind == "c" and part.name != CSMOOTH]
 
 
 def _charge_of_others(problem: Problem, farads: float, top: float) -> float:
-    """The largest charge of other capacitors, per charge of a store of ``farads``, up to a voltage.
+    """The largest charge of other capacitors, per charge of a storage capacitor of ``farads``, up to a voltage.
 
     Raises SimulationError if it is above `MOST_BESIDE`.
     """
@@ -157,28 +157,28 @@ def _charge_of_others(problem: Problem, farads: float, top: float) -> float:
         return share
     names = ", ".join(part.name for part in others)
     raise SimulationError(
-        "engine slow follows no capacitor next to the store under noise, but the charge of "
-        f"{names} is up to {100.0 * share:.3g} % of the store's at {top:.3g} V: "
+        "engine slow follows no capacitor next to the storage capacitor under noise, but the charge of "
+        f"{names} is up to {100.0 * share:.3g} % of that of the storage capacitor at {top:.3g} V: "
         "use engine 'compiled' or 'spice'"
     )
 
 
 def _check_times(fields: dict[str, Any]) -> None:
-    """Raise SimulationError if the time of the store is less than its own model error."""
+    """Raise SimulationError if the time of the storage capacitor is less than its own model error."""
     times = fields["times"]
     reached = np.isfinite(times).all(axis=0)
     means = np.where(reached, np.where(np.isfinite(times), times, 0.0).mean(axis=0), math.inf)
     # Levels on the way may be passed at once; that of the question must not be.
     if not means[-1] > _finite(fields["model"])[-1]:
         raise SimulationError(
-            "engine 'slow' does not know this charge: the store fills within the transients of the mass "
+            "engine 'slow' does not know this charge: the storage capacitor fills within the transients of the mass "
             f"(mean time {means[-1]:.3g} s, model error {fields['model'][-1]:.2g} s): "
             "use engine 'compiled'"
         )
 
 
 def _steady(runs: ChargeRuns) -> dict[str, Any]:
-    """One run under a drive."""
+    """One run under a harmonic excitation."""
     from harvester.storage.slow_circuit import direct_check
 
     problem = runs.problem
@@ -287,7 +287,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
 
 
 def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
-    """One run of a chip under a drive."""
+    """One run of a chip under a harmonic excitation."""
     from harvester.cosimulation.charging import first_passages
     from harvester.storage.checked_mean import FINER
     from harvester.storage.slow_circuit import SlowCircuit, direct_check

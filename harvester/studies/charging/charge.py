@@ -1,6 +1,6 @@
 """The charging time of a storage capacitor from empty to a voltage: a mean, a distribution, and a curve.
 
-The mass begins at rest and all capacitors empty; then the shaking begins.  A run that has not
+The mass begins at rest and all capacitors empty; then the excitation begins.  A run that has not
 reached the voltage when the time is over is counted, and reported: a mean without it would be too
 short.
 
@@ -66,7 +66,8 @@ def charge(
         a number in the unit of the probe, or a text such as "3.3 V"; for a nondimensional scene a
         number, in units of theta l/Cp.
     probe : str, default "store"
-        the storage capacitor Csmooth ("store"), or a quantity of the circuit such as "v(a,b)".
+        the storage capacitor Csmooth ("store"), or a quantity of the circuit such as
+        "v(a,b)".
     engine : str, optional
         "slow", "ideal", "compiled" or "spice"; None: "slow" for a storage capacitor of 1000 times
         the piezo's capacitance or more, unless its charge is not slow compared with the vibration,
@@ -252,7 +253,7 @@ def _answer(
 
 
 def _level(problem: Problem, passages: Passages, k: int, probe: Probe) -> Level:
-    """A level on the way in the scene's units, with its time, and a store's energy and power."""
+    """A level on the way in the scene's units, with its time, and a storage capacitor's energy and power."""
     clock = problem.scales.frequency / problem.units.frequency
     watts = problem.units.watts / problem.scales.watts
     time = passages.time_to(k)

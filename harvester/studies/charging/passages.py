@@ -16,7 +16,7 @@ from harvester.uncertainty.value import Value, mean_and_error
 
 LEVELS = 20  # up to the target
 SAMPLES = 201  # times of the curve, from the beginning
-LOW, HIGH = 0.05, 0.95  # shares of the runs
+LOW, HIGH = 0.05, 0.95  # fractions of the runs
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ class Passages:
     ``levels``, shape (levels,), ends with the target; ``times``, shape (runs, levels), are when a
     run first reaches each, infinite if it never does; ``coarse`` are the same runs at a coarser
     step.  ``curves``, shape (runs, samples), are voltages at the times ``at``; ``end`` is how long
-    each run was watched; ``capacitance`` (F) that of the store, 0 if it is not known; ``seconds``
-    of all, without compilation.  ``after`` is the course after the first passage of each
-    run, and at the coarser step; None if that was not looked at.
+    each run was watched; ``capacitance`` (F) that of the storage capacitor, 0 if it is not known;
+    ``seconds`` of all, without compilation.  ``after`` is the course after the first passage of
+    each run, and at the coarser step; None if that was not looked at.
     """
 
     levels: Floats
@@ -77,11 +77,11 @@ class Passages:
 
     @property
     def reached(self) -> float:
-        """The share of the runs that reach the target."""
+        """The fraction of the runs that reach the target."""
         return float(np.isfinite(self.times[:, -1]).mean())
 
     def reached_between(self) -> tuple[float, float]:
-        """The 95 % interval of the share that reaches the target; for a deterministic run, itself.
+        """The 95 % interval of the fraction that reaches the target; for a deterministic run, itself.
 
         Runs on one record are alike: all are worth as many independent ones as the spread of the
         records' shares, less for the uncertainty of that spread (Korn and Graubard, Survey
@@ -105,7 +105,7 @@ class Passages:
         return share_interval(share * worth, worth)
 
     def arrived(self) -> Floats:
-        """The share of the runs that have reached the target at the times ``at``, shape (samples,)."""
+        """The fraction of the runs that have reached the target at the times ``at``, shape (samples,)."""
         order = np.sort(self.times[:, -1])
         return np.asarray(np.searchsorted(order, self.at, side="right") / len(order))
 
@@ -154,11 +154,11 @@ class Passages:
         )
 
     def share_afterwards(self) -> Value | None:
-        """The mean share of the time for which a run is at or above the target, once it has been there.
+        """The mean fraction of the time for which a run is at or above the target, once it has been there.
 
-        For a single run the spread over its cycles counts as a time-step error; for several the spread between them
-        is that of sampling, which has it already.  None if it was not looked at, or a
-        run never gets there.
+        For a single run the spread over its cycles counts as a time-step error; for several the
+        spread between them is that of sampling, which has it already.  None if it was not looked
+        at, or a run never gets there.
         """
         if self.after is None:
             return None
@@ -179,7 +179,7 @@ class Passages:
         )
 
     def quantile(self, share: float, level: int = -1) -> float | None:
-        """The time by which that share of the runs has reached a level; None if it is after the end."""
+        """The time by which that fraction of the runs has reached a level; None if it is after the end."""
         ordered = np.sort(self.times[:, level])
         position = share * (len(ordered) - 1)
         low, high = float(ordered[math.floor(position)]), float(ordered[math.ceil(position)])
@@ -188,7 +188,7 @@ class Passages:
         return low + (position - math.floor(position)) * (high - low)
 
     def power_between(self, level: int, joules: float) -> Value | None:
-        """The mean power (W) that raises the store by ``joules`` to a level from the one below it.
+        """The mean power (W) that raises the storage capacitor by ``joules`` to a level from the one below it.
 
         The energy over the mean time for this, with its relative errors; None if a run does
         not get there.

@@ -17,7 +17,7 @@ MOST_RUNS = 100_000
 # nondimensional: what is watched by default, at least and at most
 SHORTEST = 120.0 * math.pi
 LONGEST = 2e4
-CHARGED = 5.0  # time constants of store and load, after which the voltage grows no more
+CHARGED = 5.0  # time constants of storage capacitor and load, after which the voltage grows no more
 MOST = 1e6  # nondimensional duration
 SMALLEST_STEP, LARGEST_STEP = 1e-5, 1.0  # nondimensional
 
@@ -80,7 +80,7 @@ def count_of_runs(trajectories: int | None, engine: str, steady: bool) -> int:
     if steady:
         raise InputError(
             "`trajectories` must be left out if nothing is random, as all runs are the same, but is given: with "
-            "`anywhere` each begins at another place of the shaking"
+            "`anywhere` each begins at another place of the excitation"
         )
     if not 2 <= trajectories <= MOST_RUNS:
         raise invalid("`trajectories`", f"be between 2 and {MOST_RUNS}", trajectories)
@@ -92,7 +92,7 @@ def check_anywhere(anywhere: bool, problem: Problem) -> None:
     eqs = problem.equations
     if anywhere and eqs.drive is None and eqs.record is None:
         raise InputError(
-            "`anywhere` must be used with a record or a harmonic drive, which noise is not, but is given"
+            "`anywhere` must be used with a record or a harmonic excitation, which noise is not, but is given"
         )
 
 

@@ -1,4 +1,4 @@
-"""A circuit with its parts, and its power at the requested voltage: measured at a held store."""
+"""A circuit with its parts, and its power at the requested voltage: measured at a held storage capacitor."""
 
 import dataclasses
 import math
@@ -34,8 +34,8 @@ SMALLEST = 1e-6
 LARGEST = 1.0
 WIDE = 1.2  # for capacitors that have less than they say
 RIPPLE = 0.01  # of the voltage, at twice the frequency of the excitation
-LOW = 0.9  # of the voltage needed, to which a store goes down in the quiet parts of a record
-# s: of a packet that only tells when a store is full; to wait for that
+LOW = 0.9  # of the voltage needed, to which the storage voltage falls in a record's quiet parts
+# s: of a packet that only tells when a storage capacitor is full; to wait for that
 INSTANT = 1e-6
 LONGEST = 30.0 * 86400.0
 FEW, MANY = 4, 12  # voltages at which the current is measured, of a device of many
@@ -43,7 +43,7 @@ FEW, MANY = 4, 12  # voltages at which the current is measured, of a device of m
 
 @dataclass(frozen=True)
 class Candidate:
-    """A circuit by its name, with a coil or a chip's settings among its ``parameters``."""
+    """A circuit by its name, with an inductor or a chip's settings among its ``parameters``."""
 
     circuit: str
     coil: str | None
@@ -51,7 +51,7 @@ class Candidate:
     supply: Supply
 
     def scene(self, scene: Scene, needed: DesignNeed, farads: float | None = None) -> Scene:
-        """The scene with this circuit, the load that draws the power needed, and a store."""
+        """The scene with this circuit, the load that draws the power needed, and a storage capacitor."""
         values = self.parameters | {"R": needed.load} | ({} if farads is None else {"C": farads})
         load = Load(netlist=self.circuit, parameters=values)
         return dataclasses.replace(scene, load=load, storage=None, node=None, chip=None)
@@ -62,7 +62,8 @@ class Given:
     """The answer of a candidate for a scene: the power there (W), and the rest.
 
     ``wake`` (s) is infinite if the voltage is never reached; ``displacement`` (m) is None under
-    noise and on a record, for whose quiet parts the store keeps the energy ``kept`` (J).
+    noise and on a record, for whose quiet parts the storage capacitor keeps the energy ``kept``
+    (J).
     """
 
     power: Value
@@ -89,10 +90,10 @@ class Given:
 
 
 def candidates(scene: Scene, circuit: str, needed: DesignNeed) -> list[Candidate]:
-    """The candidates of a circuit: with each coil that it may have, or with a chip's settings.
+    """The candidates of a circuit: with each inductor that it may have, or with a chip's settings.
 
     Raises InputError for a circuit that cannot be read, CannotServeError for one that cannot be
-    measured at a held store, and for a chip without that output.
+    measured at a held storage capacitor, and for a chip without that output.
     """
     chip = CHIPS.get(circuit)
     if chip is not None:
@@ -126,7 +127,7 @@ def _with(coil: BoughtCoil) -> dict[str, float]:
 
 
 def saturates(candidate: Candidate, scene: Scene) -> bool:
-    """Whether the current of an inversion, V sqrt(Cp/L), is more than the coil's limit."""
+    """Whether the current of an inversion, V sqrt(Cp/L), is more than the inductor's limit."""
     if candidate.coil is None:
         return False
     coil = COILS[candidate.coil]
@@ -139,7 +140,7 @@ def saturates(candidate: Candidate, scene: Scene) -> bool:
 def evaluate(
     candidate: Candidate, scene: Scene, needed: DesignNeed, farads: float, seed: int, count: int
 ) -> Given:
-    """The answer of a candidate, with a store of so many ``farads``.
+    """The answer of a candidate, with a storage capacitor of so many ``farads``.
 
     Raises HarvesterError if the current cannot be measured.
     """
@@ -176,7 +177,7 @@ def _of_chip(supply: Supply, table: AnyCurrent, needed: float, power: float) -> 
 def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
     """The answer of a candidate on a record, behind ideal diodes if there are any; a chip's rectifier is the bridge.
 
-    The time scales are compared on a store that hardly moves, as the load keeps the
+    The time scales are compared on a storage capacitor that hardly moves, as the load keeps the
     voltage.
     """
     from harvester.storage.node_run import NodeRun
@@ -242,9 +243,9 @@ def capacitor(smallest: float, scene: Scene) -> float:
 def nominal(
     scene: Scene, circuit: str, needed: DesignNeed, farads: float, seed: int
 ) -> tuple[Candidate, Given]:
-    """The best candidate of a circuit: among several coils the one of most power, none of which is saturated.
+    """The best candidate of a circuit: among several inductors the one of most power, none of which is saturated.
 
-    Raises CannotServeError if every coil is saturated, and as `candidates` and `evaluate`.
+    Raises CannotServeError if every inductor is saturated, and as `candidates` and `evaluate`.
     """
     usable = [
         candidate

@@ -1,7 +1,8 @@
 """The study of designs: from a requirement to the circuit, the parts and the capacitor that meet it.
 
-The rectifier's mean current of each circuit is measured at a held store (`harvester.storage`),
-which gives at once the power at the voltage needed and the time of an empty store to it.
+The rectifier's mean current of each circuit is measured at a held storage capacitor
+(`harvester.storage`). It gives at once the power at the voltage needed, and the charging time to
+it.
 """
 
 import math
@@ -15,8 +16,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError, names_arguments, unknown
 from harvester.machine import files
 from harvester.machine.cores import cores
-from harvester.machine.execution import DEFAULT, Execution
-from harvester.machine.progress import working
+from harvester.machine.execution import DEFAULT, Execution, working_on
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
@@ -41,7 +41,7 @@ from harvester.uncertainty.value import amount
 
 CIRCUITS = ("bridge", "doubler", "series_sshi", "parallel_sshi")
 Outcomes = Mapping[str, tuple[Candidate, Given]]  # by the circuit's name
-MOST_SHARES = 3  # circuits of most power whose share of devices is computed, beside the simplest
+MOST_SHARES = 3  # circuits of most power whose fraction of devices is computed, beside the simplest
 
 
 @names_arguments
@@ -110,7 +110,7 @@ def design(
     begin = time.perf_counter()
     names = _names(circuits, chips, problem)
     farads = capacitor(capacitance(needed, device), device)
-    with working(execution.progress):
+    with working_on("design", execution):
         candidates, left_out = _nominal(device, names, needed, farads, seed, execution)
         if circuits is None and chips is None:
             left_out += _chips_not_compared(names)
@@ -240,7 +240,7 @@ def _shares(
     seed: int,
     execution: Execution,
 ) -> dict[str, ShareInterval]:
-    """The share of devices that meet everything, of the simplest circuit and of those of most power."""
+    """The fraction of devices that meet everything, of the simplest circuit and of those of most power."""
     by_power = sorted(meeting, key=lambda name: -meeting[name][1].power.value)[:MOST_SHARES]
     compared = [name for name in meeting if name in by_power or name == next(iter(meeting))]
     share_of = {}

@@ -17,11 +17,12 @@ MOST_VOLTS = 1000.0
 
 @dataclass(frozen=True)
 class DesignNeed:
-    """A ``power`` (W) at a ``voltage`` (V), ``wake`` s after an empty store, and ``limits``; and how it was written.
+    """A ``power`` (W) at a ``voltage`` (V), ``wake`` s after an empty storage, and ``limits``; and how it was written.
 
-    ``packet`` is the energy (J) of a node's packet at the store, ``stop`` the voltage that the
-    store must keep then.  The node's ``supply`` is the voltage (V) of its regulator and the
-    power (W) that it consumes there, which a chip's output must give in the regulator's place.
+    ``packet`` is the energy (J) of a node's packet at the storage capacitor, ``stop`` the voltage
+    that the storage capacitor must keep then.  The node's ``supply`` is the voltage (V) of its
+    regulator and the power (W) that it consumes there, which a chip's output must give in the
+    regulator's place.
     """
 
     power: float
@@ -40,7 +41,7 @@ class DesignNeed:
         return self.voltage**2 / self.power
 
     def for_circuit(self, *, is_chip: bool) -> "DesignNeed":
-        """The need for a circuit: the supply's voltage behind a chip, the wake voltage at the store."""
+        """The need for a circuit: the supply's voltage behind a chip, the wake voltage at the storage capacitor."""
         if self.supply is None or not is_chip:
             return self
         volts, watts = self.supply

@@ -1,4 +1,4 @@
-"""The share of devices that meet a requirement with one circuit: every device is measured, or a curve through some.
+"""The fraction of devices that meet a requirement with one circuit: every device is measured, or a curve through some.
 
 For one key that scatters, `NODES` devices are measured, and power, speed of waking and displacement
 between them follow a monotone curve; its change without every other of them is its error.  Among
@@ -35,7 +35,7 @@ def share_met(
     seed: int,
     progress: ProgressCallback,
 ) -> ShareInterval:
-    """The share of devices of the ``spreads`` that meet what is ``needed``; one that has no answer does not."""
+    """Fraction of devices of the ``spreads`` that meet the requirement ``needed``; one without an answer does not."""
     alone = len(spreads) == 1 and spreads[0].kind != "measured"
     u = (
         np.linspace(0.0, 1.0, NODES)[:, None]

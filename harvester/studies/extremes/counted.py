@@ -1,6 +1,6 @@
-"""The largest values of a long path in blocks, and its impacts: counted where Rice's formula does not hold.
+"""The largest values of a long trajectory in blocks, and its impacts: counted if Rice's formula does not hold.
 
-The path is that of the exact RC update (`harvester.mechanics.trace`).  A block is so long
+The trajectory is that of the exact RC update (`harvester.mechanics.trace`).  A block is so long
 that its largest value is independent of the next block's: its length is doubled until their
 correlation is below `UNCORRELATED`.
 """
@@ -19,7 +19,7 @@ from harvester.uncertainty.value import Value, mean_and_error
 SHORTEST, BLOCKS = 50, 2048  # a block's cycles at first, and how many blocks there are
 UNCORRELATED = 0.2  # the largest correlation of neighbours that 100 blocks or so have by chance
 LONGEST = 4_000_000  # steps in one piece, which the memory holds
-READ = 0.05  # time between two samples of the path
+READ = 0.05  # time between two samples of the trajectory
 FEWEST = 64  # blocks that a tail needs
 
 
@@ -27,7 +27,8 @@ FEWEST = 64  # blocks that a tail needs
 class Counted:
     """The largest |x|, |V| and impact speed of each block, shape (blocks,), and the impacts a unit of time.
 
-    Nondimensional; ``speed`` is None without a stop.  ``block`` is the length of a block, ``time`` that of all.
+    Nondimensional; ``speed`` is None without a stop.  ``block`` is the length of a block, ``time``
+    that of all.
     """
 
     block: float
@@ -38,7 +39,7 @@ class Counted:
 
     @property
     def time(self) -> float:
-        """The length of the path that was counted."""
+        """The length of the trajectory that was counted."""
         return self.block * len(self.x)
 
 

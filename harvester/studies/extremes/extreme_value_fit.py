@@ -1,4 +1,4 @@
-"""The largest value over a long time, extrapolated from those of the short blocks of a path."""
+"""The largest value over a long time, extrapolated from those of the short blocks of a trajectory."""
 
 import math
 from dataclasses import dataclass
@@ -17,9 +17,10 @@ SHAPE = 0.2  # of the size, for each e-fold beyond what was counted
 class RareTail:
     """The largest value over a long time of a quantity that many blocks lack, such as the speed of rare impacts.
 
-    Clusters of impacts beyond a threshold are a Poisson process of ``rate`` in a block, and the squares of their speeds
-    exceed it by an exponential variate of the mean ``size``, as energies beyond a high level of a narrow-band response
-    do.  The largest square in n blocks has the distribution
+    Clusters of impacts beyond a threshold are a Poisson process of ``rate`` in a block, and the
+    squares of their speeds exceed it by an exponential variate of the mean ``size``, as energies
+    beyond a high level of a narrow-band response do.  The largest square in n blocks has the
+    distribution
 
         P(threshold + y) = exp(-n rate exp(-y/size)),   y >= 0,
 
@@ -91,11 +92,11 @@ class Tail:
 
         G(y) = exp(-(1 - k (y - m)/s)^(1/k)),
 
-    fitted by L-moments (Hosking, Wallis and Wood, Technometrics 27, 1985); the largest of a time T = n B stays below y
-    with the probability G(y)^n.  Squares are fitted, y = a^2: for a narrow-band response they are
-    energies, whose largest values come to such a distribution soonest.  Blocks that are drawn anew
-    give the sampling error: the parameters have the shape (draws,), of which the first is of all
-    blocks, the others of redraws.
+    fitted by L-moments (Hosking, Wallis and Wood, Technometrics 27, 1985); the largest of a time T
+    = n B stays below y with the probability G(y)^n.  Squares are fitted, y = a^2: for a narrow-band
+    response they are energies, whose largest values come to such a distribution soonest.  Blocks
+    that are drawn anew give the sampling error: the parameters have the shape (draws,), of which
+    the first is of all blocks, the others of redraws.
     """
 
     location: Floats

@@ -24,7 +24,7 @@ from harvester.studies.extremes.levels import (
     rice_holds,
     strain_factor,
 )
-from harvester.uncertainty.value import Value, amount
+from harvester.uncertainty.value import Value, amount, in_percent
 
 LONGEST = 1e30  # of a lifetime, in s or in 1/w0
 WITHIN = 1e-3  # of the density whose first passages are asked for
@@ -98,7 +98,7 @@ class Extremes(TableResult):
         columns = [Column("largest", [*self.levels], label="largest in the lifetime")]
         for share in SHARES:
             levels = [level[share] for level in self.levels.values()]
-            label = f"below this in {share:.0%} of devices"
+            label = f"below this in {in_percent(share, '.0f')} of devices"
             columns.append(Column(f"level_{share:g}", levels, units=units, label=label))
         return Table(tuple(columns), f"over {amount(self.lifetime, names.time)}", ("largest",))
 
@@ -216,7 +216,7 @@ def _by_passages(problem: Problem, span: float) -> Extremes:
 
 
 def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) -> list[Extremes]:
-    """The largest values by Rice's formula, if it holds, and counted on a path; else as `extremes`."""
+    """The largest values by Rice's formula, if it holds, and counted on a trajectory; else as `extremes`."""
     result = extremes(scene, lifetime=lifetime, seed=seed)
     if not has(result.diagnostics, "by_rice"):
         return [result]

@@ -1,8 +1,8 @@
 """The levels that the largest values of a device stay below over a lifetime: by Rice's formula, or counted.
 
 Rice's formula (`harvester.linear.level_crossings`) holds if the response is Gaussian: linear
-equations under white noise of the base.  Elsewhere the largest values of blocks of a long path are
-counted (`harvester.studies.extremes.counted`) and extrapolated
+equations under white noise of the base.  Elsewhere the largest values of blocks of a long
+trajectory are counted (`harvester.studies.extremes.counted`) and extrapolated
 (`harvester.studies.extremes.extreme_value_fit`).
 """
 
@@ -26,12 +26,12 @@ LEAST_TIMES = 1.0  # of a block: a lifetime that is shorter has no tail
 
 
 def check_served(problem: Problem) -> None:
-    """Raise CannotServeError for a problem that has no largest values over a lifetime: a netlist, other shaking."""
+    """Raise CannotServeError for a problem that has no largest values over a lifetime: a netlist, other excitation."""
     if reason := needs_resistance(problem, "ensemble"):
         raise CannotServeError(f"`lifetime` is for a load resistance or none: {reason}")
     if not problem.equations.is_shaken_by_white_noise:
         raise CannotServeError(
-            "`lifetime` must be used with white noise alone, but the scene has other shaking, or no noise"
+            "`lifetime` must be used with white noise alone, but the scene has other excitation, or no noise"
         )
 
 
@@ -41,7 +41,7 @@ def rice_holds(problem: Problem) -> bool:
 
 
 def is_sinusoidal(problem: Problem) -> bool:
-    """Whether displacement and voltage are sinusoids, of the same amplitudes for ever: linear, under a drive alone."""
+    """Whether displacement and voltage are sinusoids of constant amplitude: linear, harmonic excitation alone."""
     return (
         problem.equations.drive is not None and problem.equations.is_steady and rice_holds(problem)
     )
@@ -88,7 +88,7 @@ def linear_peaks(problem: Problem, lifetime: float, share: float = SHARES[-1]) -
 class CountedLevels:
     """Levels of each quantity for each of `SHARES`, and the impacts a second (None without a stop), in scene's units.
 
-    ``path`` is the counted path, and ``blocks`` how many blocks of it a lifetime has.
+    ``path`` is the counted trajectory, and ``blocks`` how many blocks of it a lifetime has.
     """
 
     levels: dict[str, dict[float, Value]]
@@ -100,13 +100,13 @@ class CountedLevels:
 def counted_levels(
     problem: Problem, lifetime: float, seed: int = 0, blocks: int = BLOCKS
 ) -> CountedLevels:
-    """The levels over a lifetime (seconds, or 1/w0) extrapolated from ``blocks`` blocks of a path.
+    """The levels over a lifetime (seconds, or 1/w0) extrapolated from ``blocks`` blocks of a trajectory.
 
-    A quantity that stays 0 on the path, such as the voltage without coupling, has none, nor has the
-    speed of impacts that too few blocks have.
+    A quantity that stays 0 on the trajectory, such as the voltage without coupling, has none, nor
+    has the speed of impacts that too few blocks have.
 
     Raises InputError for a lifetime that is shorter than the memory of the motion, and
-    SimulationError if the path has no stationary response.
+    SimulationError if the trajectory has no stationary response.
     """
     units = problem.units
     path = count(problem.equations, seed, blocks)

@@ -39,7 +39,7 @@ class PassageLevels:
         self.modes = modes if modes <= FEW else max(modes, MODES)
 
     def level(self, share: float, lifetime: float) -> Value:
-        """The displacement that a share of devices stays below in a nondimensional lifetime.
+        """The displacement that a fraction of devices stays below in a nondimensional lifetime.
 
         Raises SimulationError if it is too far up to be resolved.
         """

@@ -1,8 +1,8 @@
 """A response up the frequencies and down again by trajectories that continue from each frequency to the next.
 
-They keep their motion, the phase of the drive, and with a circuit of ideal elements the charge that
-its capacitors hold, so that a response of two branches (a hardening or softening spring, a stop)
-shows the hysteresis of a slow sweep at the bench.
+They keep their motion, the phase of the excitation, and with a circuit of ideal elements the charge
+that its capacitors hold, so that a response of two branches (a hardening or softening spring, a
+stop) shows the hysteresis of a slow sweep at the bench.
 """
 
 import math
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 
-QUIET, NOISY = 64, 1024  # trajectories, without and with noise beside the drive
-# periods of the drive from which a first harmonic is taken: whole turns of subharmonics, too
+QUIET, NOISY = 64, 1024  # trajectories, without and with noise beside the excitation
+# periods of the excitation from which a first harmonic is taken: whole turns of subharmonics, too
 WAVES = 16
 Phases = tuple[float | None, float | None]
 
@@ -152,7 +152,7 @@ def _spread(each: Floats) -> float:
 
 
 def _phases(problem: Problem, pair: "RichardsonPair") -> Phases:
-    """The phases of displacement and voltage to the base, on one path that continues from the first trajectory.
+    """The phases of displacement and voltage to the base, on one trajectory that continues from the first.
 
     None if its displacement is not that of the trajectories: it moved to another response.
     """

@@ -1,4 +1,4 @@
-"""A scene with a harmonic drive at one frequency after another, and its parts that a response cannot show."""
+"""A scene with a harmonic excitation at one frequency after another, and its parts that a response cannot show."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ from harvester.studies.frequency_response.point import GRAVITY
 class HarmonicDrive:
     """A scene whose drive's frequency is to be swept.
 
-    Raises InputError for a scene without a harmonic drive, and CannotServeError for shaking of
-    other kinds.
+    Raises InputError for a scene without a harmonic excitation, and CannotServeError for excitation
+    of other kinds.
     """
 
     problem: Problem
@@ -58,7 +58,7 @@ class HarmonicDrive:
 
     @property
     def is_random(self) -> bool:
-        """Whether there is noise in addition to the drive."""
+        """Whether there is noise in addition to the excitation."""
         return self.problem.equations.is_random
 
     def at(self, frequency: float) -> Problem:

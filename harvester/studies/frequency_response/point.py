@@ -13,7 +13,7 @@ class ResponsePoint(Result):
     """The response at one frequency (Hz; nondimensional: rad): mean square voltage and mean power in the scene's units.
 
     ``spread`` is that of the trajectories' mean power, relative to the largest; None if there is
-    noise, or one path. ``displacement_rms`` is that of the mass about its mean place;
+    noise, or one trajectory. ``displacement_rms`` is that of the mass about its mean place;
     ``displacement_phase`` and ``voltage_phase`` are those of the first harmonics to the base's
     acceleration (`harvester.linear.transfer`), in degrees.  Each is None if it is not known: a
     phase if there is noise, or if trajectories differ.

@@ -1,4 +1,4 @@
-"""Frequency response under a harmonic drive: power, voltage, displacement and phases against the frequency.
+"""Frequency response under a harmonic excitation: power, voltage, displacement and phases against the frequency.
 
 A linear scene is solved in closed form, whose peak is then resolved between the frequencies of the
 sweep (`closed_form`).  Other scenes are followed up the frequencies and down again by engine
@@ -101,15 +101,16 @@ def response(
     tick: Callback | None = None,
     engine: Named | None = None,
 ) -> FrequencyResponse:
-    """The response of a scene with a harmonic drive at several frequencies.
+    """The response of a scene with a harmonic excitation at several frequencies.
 
     Parameters
     ----------
     scene : Scene or path
-        a `Scene` with a harmonic drive, or the path of a scene file.
+        a `Scene` with a harmonic excitation, or the path of a scene file.
     sweep : str or list of float
-        frequencies in Hz (nondimensional scene: rad), or a text FROM:TO:COUNT such as "3Hz:9Hz:61".  With a text, a
-        response in closed form has more points than that: its peak, its half-power points and some between.
+        frequencies in Hz (nondimensional scene: rad), or a text FROM:TO:COUNT such as "3Hz:9Hz:61".
+         With a text, a response in closed form has more points than that: its peak, its half-power
+         points and some between.
     seed : int, default 0
         the same seed, the same noise.
     tick : callable, optional
@@ -125,7 +126,7 @@ def response(
     Raises
     ------
     InputError
-        for a scene without a harmonic drive.
+        for a scene without a harmonic excitation.
     CannotServeError
         for an engine that does not support the scene.
     SimulationError
@@ -155,14 +156,15 @@ def responses(
     Parameters
     ----------
     scene : Scene or path
-        a `Scene` with a harmonic drive, or the path of a scene file.
+        a `Scene` with a harmonic excitation, or the path of a scene file.
     sweep : str or list of float
         frequencies, as of `response`.
     vary : mapping or Points, optional
         keys and their values, as of `sweep`: {"load.resistance": "10k:1M:3"}.
     engines : list of Engine or str, optional
-        engines or their names: "exact", "ensemble", "ideal", "compiled" and "spice"; by default "exact" for a linear
-        scene, "spice" for a netlist, else "ensemble".  "spice" by its name has a budget for each point.
+        engines or their names: "exact", "ensemble", "ideal", "compiled" and "spice"; by default
+        "exact" for a linear scene, "spice" for a netlist, else "ensemble".  "spice" by its name has
+        a budget for each point.
     seed : int, default 0
         the same seed, the same noise.
     tick : callable, optional
@@ -176,7 +178,7 @@ def responses(
     Raises
     ------
     InputError
-        for a scene without a harmonic drive, and a key or value that no scene has.
+        for a scene without a harmonic excitation, and a key or value that no scene has.
     CannotServeError
         for an engine that does not support the scene.
     SimulationError
@@ -272,10 +274,10 @@ def draw(
 ) -> FrequencyResponses:
     """Compute `responses`, and into the folder ``out`` write their files.
 
-    These are response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json.  ``per_g`` draws power
-    and voltage over the base's amplitude.  Each frequency that is done is in response.journal until then; ``resume``
-    uses those of an earlier run that was interrupted, and calls ``report_reused`` (default:
-    ``report``) for each.
+    These are response.csv, response.png, its ``vector`` forms (svg, pdf) and provenance.json.
+    ``per_g`` draws power and voltage over the base's amplitude.  Each frequency that is done is in
+    response.journal until then; ``resume`` uses those of an earlier run that was interrupted, and
+    calls ``report_reused`` (default: ``report``) for each.
 
     Raises as `responses`, and InputError for an earlier response that was another one.
     """

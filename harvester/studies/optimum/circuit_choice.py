@@ -24,7 +24,7 @@ from harvester.studies.optimum.ranges import NETLIST, Vary, varied
 from harvester.studies.optimum.search import SearchRequest
 from harvester.studies.output_folder import OutputFolder
 
-# times the quality of the worst coil of several circuits, from which on they are not alike
+# times the quality of the worst inductor of several circuits, from which on they are not alike
 UNLIKE = 1.5
 
 
@@ -249,7 +249,7 @@ def best_circuit(
 
 
 def compare_coils(scenes: Mapping[str, Scene], vary: Vary) -> tuple[Diagnostic, ...]:
-    """A warning if the coils of some circuits ring `UNLIKE` times as well as those of others, and none is varied."""
+    """Warning if the inductors of some circuits ring `UNLIKE` times as well as those of others, and none is varied."""
     if any(r.key.rpartition(".")[2] in ("L", "Rcoil", "Rcore") for r in varied(vary)[1]):
         return ()
     known: dict[str, float] = {}

@@ -54,7 +54,7 @@ class Evaluation:
 
 @dataclass
 class Surface:
-    """A scene over ranges of its keys, evaluated until the budget ends; ``progress`` shows the share that is spent."""
+    """A scene over ranges of its keys, evaluated until the budget ends; ``progress`` shows the fraction spent."""
 
     scene: Scene
     ranges: tuple[Range, ...]

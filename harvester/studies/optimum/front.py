@@ -23,7 +23,7 @@ from harvester.studies.optimum.search import Search, SearchRequest
 from harvester.studies.optimum.under_limits import robust_of, with_counted_peaks
 from harvester.studies.tolerance.device_limits import Limit
 
-SCANNED = 96  # places that are looked at for the best value of the second aim
+SCANNED = 96  # places that are looked at for the best value of the second objective
 TENFOLD = 10.0  # between the ends, from which on the bounds are spread by ratio
 BARELY = 1e-6  # relative difference of the ends that is none
 
@@ -77,7 +77,7 @@ def _bounds(best: float, most: float, points: int) -> Floats:
 
 
 def _front(designs: Sequence[FrontPoint], sign: int) -> tuple[FrontPoint, ...]:
-    """The designs that no other beats in both aims, from the best quantity on."""
+    """The designs that no other beats in both objectives, from the best quantity on."""
     kept: list[FrontPoint] = []
     for design in sorted(
         designs, key=lambda point: (-sign * point.quantity, -point.mean_power.value)

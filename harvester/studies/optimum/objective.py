@@ -1,4 +1,4 @@
-"""The quantity that a search maximises: the mean power, that of most devices, or a front of two aims."""
+"""The quantity that a search maximises: the mean power, that of most devices, or a front of two objectives."""
 
 import math
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ ObjectiveSpec: TypeAlias = str | float | Sequence[str | float]
 
 @dataclass(frozen=True)
 class Objective:
-    """The power that all but a ``share`` of the devices exceed (None: the mean), and a second aim.
+    """The power that all but a ``share`` of the devices exceed (None: the mean), and a second objective.
 
     ``aimed`` is a limit that any value of the second quantity meets, with the sign of the side that
     is better: 1 if it is to be high; None without one.
@@ -39,7 +39,9 @@ class Objective:
         quantities = [word for word in others if word not in shares]
         if len(shares) > 1 or len(quantities) > 1:
             raise invalid(
-                "`objective`", "be a share of devices, a second quantity, or one of each", objective
+                "`objective`",
+                "be a fraction of devices, a second quantity, or one of each",
+                objective,
             )
         return cls(
             read_share(shares[0]) if shares else None,
@@ -48,15 +50,15 @@ class Objective:
 
 
 def read_share(share: str | float) -> float:
-    """A share of devices from 0.1 % to 50 %, from a number or a text such as "5%"; InputError for another."""
+    """A fraction of devices from 0.1 % to 50 %, from a number or a text such as "5%"; InputError for another."""
     value = reading("`objective`", fraction, share) if isinstance(share, str) else float(share)
     if not 0.001 <= value <= 0.5:
-        raise invalid("`objective`", "be a share of devices between 0.1 % and 50 %", share)
+        raise invalid("`objective`", "be a fraction of devices between 0.1 % and 50 %", share)
     return value
 
 
 def read_second(text: str) -> Limit:
-    """The quantity of a second aim, to be low, or high if ``:high`` follows it."""
+    """The quantity of a second objective, to be low, or high if ``:high`` follows it."""
     name, colon, way = text.partition(":")
     known = [quantity for quantity in QUANTITIES if quantity != POWER]
     if name not in known:

@@ -8,8 +8,7 @@ from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
-from harvester.machine.execution import DEFAULT, Execution
-from harvester.machine.progress import working
+from harvester.machine.execution import DEFAULT, Execution, working_on
 from harvester.studies.optimum.circuit_choice import best_circuit
 from harvester.studies.optimum.front import front
 from harvester.studies.optimum.objective import Objective, ObjectiveSpec
@@ -130,7 +129,7 @@ def optimise(
     circuits, ranges = varied(vary)
     kind = kind_of_search(vary, objective, constraints, spread, lifetime)
     _check_points(points, target)
-    with working(execution.progress) as progress:
+    with working_on("optimise", execution) as progress:
         if kind == "circuits":
             return best_circuit(
                 scene,
@@ -190,9 +189,10 @@ def kind_of_search(
     spread: Texts = (),
     lifetime: float | str | None = None,
 ) -> Literal["circuits", "devices", "plain"]:
-    """Whether `optimise` chooses between circuits, computes "devices" by formulas for another of its aims, or neither.
+    """Whether `optimise` chooses between circuits, computes "devices" by formulas for another objective, or neither.
 
-    Raises InputError for circuits next to such an aim, and for anything that cannot be varied.
+    Raises InputError for circuits next to such an objective, and for anything that cannot be
+    varied.
     """
     circuits, ranges = varied(vary)
     series = any(r.steps for r in ranges)

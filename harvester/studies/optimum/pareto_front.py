@@ -150,7 +150,7 @@ class ParetoFront(TableResult):
 def remarks(
     quantity: str, sign: int, points: Sequence[FrontPoint], alike: Sequence[FrontPoint]
 ) -> list[Diagnostic]:
-    """The remarks on a front: its aims, the unknown part of its errors, how many designs are alike."""
+    """The remarks on a front: its objectives, the unknown part of its errors, how many designs are alike."""
     diagnostics = [note("two_aims", quantity=quantity, aim="high" if sign > 0 else "low")]
     unknown = dict.fromkeys(
         point.mean_power.unknown for point in points if point.mean_power.unknown

@@ -1,4 +1,4 @@
-"""The limited peaks at any place of a search whose scene is not linear: surfaces through paths that were counted.
+"""The limited peaks at any place of a search whose scene is not linear: surfaces through counted trajectories.
 
 Places of the ranges and devices about them are drawn together, evenly, with the ends of each; a
 path of each is counted (`harvester.studies.tolerance.peaks`), and polynomials of the keys, by ratio
@@ -21,7 +21,7 @@ from harvester.studies.tolerance import design
 from harvester.studies.tolerance.peaks import COUNTED, PeakSurfaces, peak_surfaces
 from harvester.studies.tolerance.spreads import spread
 
-SHARE = 0.6  # of the budget, for the paths at most
+SHARE = 0.6  # of the budget, for the trajectories at most
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def place_peaks(
     seed: int,
     progress: Progress = NO_PROGRESS,
 ) -> PlacePeaks:
-    """Count at places of the ranges and devices about them; ``progress`` shows the share of paths done.
+    """Count at places of the ranges and devices about them; ``progress`` shows the share of trajectories done.
 
     Raises HarvesterError if a place has no peaks, and SimulationError if `SHARE` of the budget
     is too short.

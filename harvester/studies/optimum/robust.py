@@ -47,8 +47,9 @@ class DesignOutcome:
     """The answer of a design: the ``objective`` (power, before any penalty), limited quantities, their ``violation``.
 
     ``off`` is the relative error of the engine and of the polynomial there, None if it is not
-    known; ``quantities`` are those of each limit, in its order.  ``unresolved`` is the part of ``off``
-    by which few devices differ from all of the spread, and ``devices`` how many were computed.
+    known; ``quantities`` are those of each limit, in its order.  ``unresolved`` is the part of
+    ``off`` by which few devices differ from all of the spread, and ``devices`` how many were
+    computed.
     """
 
     objective: float
@@ -93,7 +94,7 @@ class Robust(Engine):
 
     @property
     def path_seed(self) -> int:
-        """The seed of paths whose peaks are counted."""
+        """The seed of trajectories whose peaks are counted."""
         return int(getattr(self.engine, "seed", 0))
 
     def run_many(
@@ -260,7 +261,7 @@ class Robust(Engine):
         return DesignOutcome(objective, off, kept, sum(violations))
 
     def _kept(self, values: Floats, sign: int) -> float:
-        """The value that all but the share of devices exceed (``sign`` 1) or stay below (-1); the mean without one."""
+        """The value that all but a fraction of devices exceed (``sign`` 1) or stay below (-1); the mean without one."""
         if self.share is None:
             return float(values.mean())
         return float(np.quantile(values, self.share if sign > 0 else 1.0 - self.share))

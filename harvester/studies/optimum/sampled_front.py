@@ -2,8 +2,8 @@
 
 All places are computed with the same noise, coarse to fine, until the budget ends.  A place is on
 the front if none has both more power and a better other quantity.  For one that is beaten, the
-front may still hold it: by each place that beats it, in one aim or the other by less than the root
-of both squared errors,
+front may still hold it: by each place that beats it, in one objective or the other by less than the
+root of both squared errors,
 
     e^2 = e1^2 + e2^2   (95 % each; the noise that they share makes the true one smaller).
 """
@@ -102,7 +102,7 @@ def sampled_front(
 def split(
     designs: Sequence[FrontPoint], sign: int
 ) -> tuple[tuple[FrontPoint, ...], tuple[FrontPoint, ...]]:
-    """The designs that none beats in both aims, and those that are beaten within the errors only.
+    """The designs that none beats in both objectives, and those that are beaten within the errors only.
 
     From the best quantity to the most power; ``sign`` is 1 if the quantity is to be high.
     """
@@ -131,7 +131,7 @@ def _beats(design: FrontPoint, other: FrontPoint, sign: int) -> bool:
 
 
 def _beats_beyond_errors(design: FrontPoint, other: FrontPoint, sign: int) -> bool:
-    """Whether one beats another beyond the errors of both, in both aims."""
+    """Whether one beats another beyond the errors of both, in both objectives."""
     power, quantity = _gains(design, other, sign)
     error, other_error = design.quantity_error95 or 0.0, other.quantity_error95 or 0.0
     power_error = math.hypot(design.mean_power.known_error95, other.mean_power.known_error95)

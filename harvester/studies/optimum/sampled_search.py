@@ -172,8 +172,8 @@ class SampledSearch:
     def scout(self) -> "SampledSearch | None":
         """The search by a cheaper engine that also samples: for ngspice the circuit of ideal elements, if it has one.
 
-        Under a steady drive there is none: ngspice's periodic response is the cheaper one, and the
-        truer.
+        Under a steady excitation there is none: ngspice's periodic response is the cheaper one, and
+        the truer.
         """
         problem = Problem.of(self.surface.scene)
         if self.engine.runs_ngspice and self._cheaper is None and not problem.equations.is_steady:

@@ -126,7 +126,7 @@ class Search:
         return answer
 
     def _sound_before(self) -> list[Evaluation]:
-        """The engine's own sound evaluations under a steady drive, if no noise favours the highest of many."""
+        """The engine's own sound evaluations under a steady excitation, if no noise favours the highest of many."""
         steady = Problem.of(self.request.scene).equations.is_steady
         return [
             p

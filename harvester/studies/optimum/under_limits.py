@@ -34,7 +34,7 @@ from harvester.uncertainty.value import Value
 
 FAR = 0.05  # relative error of the polynomial at which the values that it led to are in doubt
 LEAST = 0.2  # of the budget, for devices one by one
-LONG = 4  # times the usual blocks, of the path that checks the best design
+LONG = 4  # times the usual blocks, of the trajectory that checks the best design
 
 
 class RobustOptimum(Optimum, kw_only=True):
@@ -45,7 +45,7 @@ class RobustOptimum(Optimum, kw_only=True):
     engine, keys, estimate, peaks, points, seconds, diagnostics, scanned : see Optimum
         as of `Optimum`.
     share : float or None
-        the share of the devices that may have less power; None: the power is the mean.
+        the fraction of the devices that may have less power; None: the power is the mean.
     limits : tuple of Limit
         the constraints.
     outcome : DesignOutcome
@@ -53,7 +53,7 @@ class RobustOptimum(Optimum, kw_only=True):
     binds : tuple of Limit
         the limits that keep the power from growing.
     limited_peaks : dict
-        those of a long path of the best design itself, if the scene is not linear and no part
+        those of a long trajectory of the best design itself, if the scene is not linear and no part
         scatters; each is a `Value`.
 
     Examples
@@ -86,7 +86,7 @@ class RobustOptimum(Optimum, kw_only=True):
 
     @property
     def straddled(self) -> tuple[Limit, ...]:
-        """The limits of which a long path does not show whether they are met: its interval holds the bound."""
+        """The limits of which a long trajectory does not show whether they are met: its interval holds the bound."""
         known = ((limit, self.limited_peaks.get(limit.quantity)) for limit in self.limits)
         return tuple(
             limit
@@ -109,7 +109,7 @@ class RobustOptimum(Optimum, kw_only=True):
 
     @property
     def limit_table(self) -> Table | None:
-        """The value of each limited quantity, and its value on a long path; None without limits."""
+        """The value of each limited quantity, and its value on a long trajectory; None without limits."""
         if not self.limits:
             return None
         units = [QUANTITIES[limit.quantity].unit if self.physical else "" for limit in self.limits]
@@ -133,7 +133,7 @@ class RobustOptimum(Optimum, kw_only=True):
         return "binds" if limit in self.binds else "met"
 
     def remarks(self) -> list[Diagnostic]:
-        """The diagnostics of the aim and of the limits."""
+        """The diagnostics of the objective and of the limits."""
         diagnostics = (
             [] if self.share is None else [note("power_of_most", percent=100.0 * self.share)]
         )
@@ -166,7 +166,8 @@ def robust_request(
 ) -> SearchRequest:
     """The search by engine `Robust` that the arguments of `harvester.optimise` ask for, checked.
 
-    The second aim, if there is one, is the last of the limits.  Raises InputError as that does.
+    The second objective, if there is one, is the last of the limits.  Raises InputError as that
+    does.
     """
     problem = Problem.of(scene)
     searched = ranges(vary)

@@ -1,4 +1,4 @@
-"""Single points of a data sheet as evidence on a device: the likelihood of devices that the priors allow.
+"""Single points of a datasheet as evidence on a device: the likelihood of devices that the priors allow.
 
 A point is a number of the linear device at its own best frequency
 (`harvester.linear.single_points`), or its resonance in open circuit.  Its logarithm is normal
@@ -25,7 +25,7 @@ METER = {OPEN: 0.025, LOADED: 0.05, RESONANCE: 0.003}  # relative errors of a me
 MODEL_SHARE = {OPEN: 0.5, LOADED: 1.0, RESONANCE: 0.0}  # exponent of the model error of a power
 LEAST_SHARE = (
     50.0 / 8192.0
-)  # effective share of devices, below which the points are hardly possible
+)  # effective fraction of devices, below which the points are hardly possible
 
 
 def read_points(points: Mapping[str, str]) -> dict[str, DataSheetPoint | float]:

@@ -23,6 +23,7 @@ from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
 from harvester.linear.single_points import DataSheetPoint
+from harvester.machine.automatic import called
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.scene.scene import Scene
@@ -94,7 +95,7 @@ def predict(
     seed : int, default 0
         the same seed, the same devices.
     points : mapping, optional
-        single points of the device's data sheet, such as ``{"open_circuit_voltage": "21 V at 0.25
+        single points of the device's datasheet, such as ``{"open_circuit_voltage": "21 V at 0.25
         g", "power_at_load": "1.2 mW at 15 kohm and 0.25 g", "open_circuit_frequency": "62 Hz"}``:
         devices of the priors count by their likelihood.
     computed : Value, optional
@@ -133,16 +134,17 @@ def predict(
         raise InputError("`known` must leave a quantity with a spread, but gives all of them")
     if computed is None:
         computed = _computed(problem, engine, seed)
-    spread = tolerance(
-        spread_scene,
-        vary={entry.key: entry.written for entry in priors},
-        engine=engine,
-        samples=samples,
-        runs=runs,
-        checks=0 if engine is not None else None,
-        seed=seed,
-        execution=execution,
-    )
+    with called("predict"):
+        spread = tolerance(
+            spread_scene,
+            vary={entry.key: entry.written for entry in priors},
+            engine=engine,
+            samples=samples,
+            runs=runs,
+            checks=0 if engine is not None else None,
+            seed=seed,
+            execution=execution,
+        )
     devices = Devices(priors, spread, problem, seed, read)
     power, voltage = devices.intervals()
     quantities = [_quantity(entry, devices, prior) for entry in priors]

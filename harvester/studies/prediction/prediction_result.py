@@ -33,7 +33,7 @@ class UncertainQuantity(Result):
     (None: a uniform range), and ``width_after`` the ratio of the ends of the power's interval
     after the quantity was measured at the level of use; None if a measurement narrows nothing,
     if the low end is 0, or if with points too few devices are left to state it.
-    After single points of a data sheet ``factor`` is the median of the quantity over its number in
+    After single points of a datasheet ``factor`` is the median of the quantity over its number in
     the scene, and ``sigma_left`` the standard deviation of its logarithm; None without points.
     """
 

@@ -24,8 +24,8 @@ from harvester.scene.scene import Scene
 
 FILE = Path(__file__).with_name("priors.toml")
 DEFAULT_CLASS = "bulk"
-# RMS displacements of the linear device within which a stop is reached: random shaking passes more
-# once per 1e8 cycles, and devices nearer to the resonance have up to 4.2 times the amplitude.
+# RMS displacements of the linear device within which a stop is reached: random excitation passes
+# more once per 1e8 cycles, and devices nearer to the resonance have up to 4.2 times the amplitude.
 REACH = 6.0
 NO_SPREAD = frozenset({"given", "tuned"})
 # Effects of a nonlinear spring, whose responses may coexist.

@@ -7,8 +7,8 @@ import numpy as np
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
-from harvester.machine.execution import DEFAULT, Execution
-from harvester.machine.progress import PartOfProgress, working
+from harvester.machine.execution import DEFAULT, Execution, working_on
+from harvester.machine.progress import PartOfProgress
 from harvester.presentation import drawing
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import PAPERS_FORMULA
@@ -163,7 +163,7 @@ def stability(
     if eqs.mu is not None and lyapunov.memory(eqs) > lyapunov.LONGEST:
         diagnostics.append(warning("memory_longer_than_burn_in", longest=lyapunov.LONGEST))
     share = 1.0 if folder is None else 0.2  # of the time
-    with working(execution.progress) as progress:
+    with working_on("stability", execution) as progress:
         part = PartOfProgress(progress, 0.0, share)
         growth = lyapunov.exponent(
             eqs, np.random.SeedSequence(seed), trajectories, duration, progress=part.step

@@ -213,7 +213,7 @@ class Journal:
                 # SQLite would wait for a pipe's writer, and follow a link
                 if path.is_symlink() or (path.exists() and not path.is_file()):
                     raise InputError(
-                        f"`out` must take {self.path.name}, but there is a {path.name} that is not a file: remove it"
+                        f"`out` must accept {self.path.name}, but there is a {path.name} that is not a file: remove it"
                     )
             address = (
                 f"{self.path.absolute().as_uri()}?nolock={int(not self._locks)}"
@@ -253,7 +253,7 @@ class Journal:
             }
             why = known.get(error.sqlite_errorcode, error)
             raise InputError(
-                f"`out` must take {self.path.name}, but writing failed: {why}; the points that are done are kept for "
+                f"`out` must accept {self.path.name}, but writing failed: {why}; the points that are done are kept for "
                 "`resume`"
             ) from None
 

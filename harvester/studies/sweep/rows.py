@@ -36,7 +36,7 @@ COLUMNS = (
     "error",
     "mean_power_bias",  # estimated error of step and model, where the engine knows one
     "warnings",
-    "responses",  # how many a steady drive has, where a search from many starts was made
+    "responses",  # how many a steady excitation has, where a search from many starts was made
 )
 MOST_RESPONSES = 1_000_000  # of one point
 AT_ONCE = 1000  # rows that are written at once
@@ -47,8 +47,8 @@ class SweepRow:
     """An engine's answer at a point of a sweep, whose scene keys are those ``varied``, in SI units.
 
     Without an answer its numbers are None, and ``error`` states why.  ``responses`` is how many a
-    steady drive has, if a search from many starts was made; ``bound`` the most that any device of
-    this mass could absorb from the excitation.
+    steady excitation has, if a search from many starts was made; ``bound`` the most that any device
+    of this mass could absorb from the excitation.
 
     >>> SweepRow.answered(Estimate("exact", False, Value(0.1), Value(0.2), {}, (), 0.0123, 0)).mean_power
     0.1
@@ -143,7 +143,7 @@ def columns_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits
 
 
 def powers_of(keys: Sequence[str], rows: Sequence[SweepRow], units: AnswerUnits) -> Table:
-    """The rows as people read them: the powers with their whole errors at 95 %."""
+    """The rows as people read them: the powers with their total errors at 95 %."""
     powers: list[Cell] = [FAILED if row.mean_power is None else row.mean_power for row in rows]
     shown = [
         c

@@ -10,6 +10,7 @@ from harvester.engines.selection import ALL, Named, check_engine, default_engine
 from harvester.engines.selection import engines as engines_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
+from harvester.machine.automatic import called
 from harvester.machine.execution import DEFAULT, Execution
 from harvester.studies.sweep.compute import compute_table
 from harvester.studies.sweep.points import Axis, Points, Values, axes_of, grid
@@ -78,15 +79,16 @@ def sweep(
     problem = Problem.of(scene)
     which = chosen(problem, engines)
     points = axes if isinstance(axes, Points) else grid(axes)
-    return compute_table(
-        problem.scene,
-        points,
-        engines_of(which.engines),
-        execution,
-        in_place_of=which.stand_ins,
-        common_noise=common_noise,
-        check=which.check,
-    )
+    with called("sweep"):
+        return compute_table(
+            problem.scene,
+            points,
+            engines_of(which.engines),
+            execution,
+            in_place_of=which.stand_ins,
+            common_noise=common_noise,
+            check=which.check,
+        )
 
 
 class SweepEngines(NamedTuple):

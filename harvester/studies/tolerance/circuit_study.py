@@ -1,11 +1,11 @@
-"""Tolerances of a netlist: a law through runs of each key alone, checked by dearer runs.
+"""Tolerances of a netlist: a law through runs of each key alone, checked by more expensive runs.
 
 A run of a compiled circuit needs a second or more, so that a study of many keys has few of them.
 They are spent in this order, all on the same noise:
 
 1. each key alone at its ends: the parabolas of `harvester.studies.tolerance.curved_law`, and with
    them a first answer;
-2. the same engine with the judge of its model, in the middle and at the two places of
+2. the same engine with the reference of its model, in the middle and at the two places of
    `curved_law.steepest`, which corrects the level of all devices and states its error;
 3. sampled devices until the time is over, which state the law's error, and a polynomial through
    the rest as soon as there are enough.
@@ -55,7 +55,7 @@ MARGIN = 1.2  # times the longest run of a kind, that another one may need
 
 
 class RunKind(Enum):
-    """The purpose of a run: a key at its end, a steepest place, the judge, a sampled device."""
+    """The purpose of a run: a key at its end, a steepest place, the reference, a sampled device."""
 
     ALONE = auto()
     CORNER = auto()
@@ -73,7 +73,7 @@ Answers = dict[Enum, dict[int, Estimate | HarvesterError]]
 
 
 def is_study_of_circuit(engine: Any) -> bool:
-    """Whether an engine may leave out the judge of its model: a study has cheap and dear runs."""
+    """Whether an engine may leave out the reference of its model: a study has cheap and expensive runs."""
     return bool(getattr(engine, "judged", False))
 
 
@@ -113,7 +113,7 @@ class CircuitStudy:
             size = min(self._at_once(cheap), -(-len(ends) // self._workers))
             first = self._judged(engine, ends[:1], FIRST_JUDGED)
             runs = [first, self._runs(RunKind.ALONE, cheap, ends, size)]
-            if self._workers == 1:  # the first answer before the judge's
+            if self._workers == 1:  # the first answer before the reference's
                 runs.reverse()
             for kind in self._compute(workers, itertools.chain(*runs)):
                 if kind is RunKind.ALONE:
@@ -142,7 +142,7 @@ class CircuitStudy:
             yield DeviceRun(kind, first, engine, scenes)
 
     def _judged(self, engine: Any, values: Floats, share: float) -> Iterator[DeviceRun]:
-        """Runs with the judge of the model, each within a share of the time that is then left."""
+        """Runs with the reference of the model, each within a part of the time that is then left."""
         within = self.request.within
         judge = engine if within is None else replace(engine, within=within)
         for run in self._runs(RunKind.JUDGED, judge, values):
@@ -285,7 +285,7 @@ class CircuitStudy:
         devices = [*corners.values(), *drawn.values()]
         plain = {0: alone[0]} | {1 + k: answer for k, answer in corners.items()}
         pairs = [(answer, plain[k]) for k, answer in judged.items() if k in plain]
-        # a judged run that found no time for its judge has the cheap run's answer
+        # a judged run that found no time for its reference has the cheap run's answer
         pairs = [pair for pair in pairs if pair[0].mean_power.error95 is not None] or pairs
         # for a law without slopes the corners are the middle, or anywhere
         moved = float(np.abs(laws["mean_power"].slopes) @ x.std(axis=0))

@@ -33,7 +33,7 @@ class CurvedLaw:
     """Parabolas of the keys about ``middle``, with ``slopes`` and ``curvatures``, shape (keys,).
 
     ``rest`` is the polynomial through the rest (None: absent), ``scatter`` the distance from the
-    whole within which 95 % of devices lie, ``unexplained`` the share of the variance that it
+    whole within which 95 % of devices lie, ``unexplained`` the fraction of the variance that it
     misses, and ``ratio`` a factor of all values.
     """
 

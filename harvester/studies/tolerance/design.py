@@ -24,7 +24,7 @@ LEAST, MOST = 16, 50_000  # samples
 INSIDE = 1e-12  # how near to 0 and 1 a place may come: a normal number has no end
 LOW, HIGH = 0.05, 0.95  # the places at which a key is shown alone
 POINTS_ALONE = 200  # places of a key alone
-OUTER = 0.0005  # share of devices below, and above, the outer places that hold a polynomial
+OUTER = 0.0005  # fraction of devices below, and above, the outer places that hold a polynomial
 
 
 def sobol_points(count: int, dimensions: int, seed: int) -> Floats:

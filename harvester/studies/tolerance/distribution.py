@@ -57,11 +57,11 @@ def share_met(
     failed: int = 0,
     failed_share: tuple[float, float] | None = None,
 ) -> ShareInterval:
-    """The share of devices that meet all limits; ``failed`` more have no answer, and count as not meeting them.
+    """The fraction of devices that meet all limits; ``failed`` more have no answer, and count as not meeting them.
 
     ``samples`` are the values of each quantity, shape (n,), ``errors`` those of all samples or one
-    by one, in the same unit.  ``failed_share`` is the interval of the share of devices without an
-    answer, if these are not counted among all but among a few.
+    by one, in the same unit.  ``failed_share`` is the interval of the fraction of devices without
+    an answer, if these are not counted among all but among a few.
     """
     served = len(next(iter(samples.values())))
     count = served + failed

@@ -245,7 +245,7 @@ def _run(engine: Any, request: ToleranceRequest, values: Floats) -> Estimate:
 def _error_of_level(
     engine: Any, request: ToleranceRequest, middle: Estimate, x0: Floats
 ) -> float | None:
-    """The relative power error in the middle, by a judge if necessary; None if it is not known."""
+    """The relative power error in the middle, by a reference if necessary; None if it is not known."""
     p0 = middle.mean_power.value
     error = middle.mean_power.error95
     if error is not None or getattr(engine, "judged", True):

@@ -1,8 +1,8 @@
 """The limited peaks of many devices: some by Rice's formula or counted, all others by a polynomial through them.
 
-A counted level has an sampling error of ten to thirty per cent, from a path with noise of its own.
-Least squares of the logarithms of n levels, s being their scatter about the polynomial and h(x)
-the leverage of keys' values x, know the level there at 95 % within
+A counted level has a sampling error of ten to thirty per cent, from a trajectory with noise of its
+own. Least squares of the logarithms of n levels, s being their scatter about the polynomial and
+h(x) the leverage of keys' values x, know the level there at 95 % within
 
     1.96 s sqrt(h(x)),
 
@@ -83,7 +83,7 @@ def peak_surfaces(
         levels = np.array([device[name].value if name in device else 0.0 for device in devices])
         if levels.min() <= 0.0:
             raise SimulationError(
-                f"{name} is 0 on the whole path of {int((levels <= 0.0).sum())} of {len(levels)} devices: there is "
+                f"{name} is 0 on the trajectory of {int((levels <= 0.0).sum())} of {len(levels)} devices: there is "
                 "nothing to extrapolate"
             )
         surface = surfaces[name] = fit(x, np.log(levels), inner)

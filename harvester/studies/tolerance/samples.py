@@ -1,11 +1,11 @@
-"""The power and voltage of many devices by one engine, and how far they are from those of a dearer engine.
+"""The power and voltage of many devices by one engine, and how far they are from those of a more accurate engine.
 
 An engine computes some of the samples, all with the same noise if it has any, and a polynomial
-through them represents the others.  A dearer engine computes a few of the samples again: with the
-ratios r of its answers to the cheap ones, samples are multiplied by mean(r), and another sample
-lies within
+through them represents the others.  A more accurate engine computes a few of the samples again:
+with the ratios r of its answers to the cheap ones, samples are multiplied by mean(r), and another
+sample lies within
 
-    off = t s sqrt(1 + 1/K) + (the dearer engine's own bias)
+    off = t s sqrt(1 + 1/K) + (the more accurate engine's own bias)
 
 of its own, relatively, with 95 % (s: standard deviation of K ratios, t: Student's quantile of K -
 1).
@@ -79,7 +79,7 @@ def cheapest(problem: Problem) -> type[Any]:
 
 
 def unjudged(engine: Any) -> Any:
-    """The engine without the judge of its model's error, if it has one: for many devices."""
+    """The engine without the reference of its model's error, if it has one: for many devices."""
     return replace(engine, judged=False) if getattr(engine, "judged", False) else engine
 
 
@@ -92,7 +92,7 @@ def dearer(engine: Engine, **options: Any) -> Engine | None:
 
 
 def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engine] | None:
-    """How many runs check an engine, and of which dearer engine; None if none is dearer and knows more."""
+    """How many runs check an engine, and of which costlier engine; None if none is costlier and knows more."""
     kind = dearer(engine)
     if kind is None:
         return None
@@ -140,7 +140,7 @@ def direct(engine: Engine, table: SweepTable) -> Samples:
 
 @dataclass(frozen=True)
 class Ratio:
-    """How the answers of a dearer engine compare: ``ratio`` and relative error ``off`` of each of `QUANTITIES`."""
+    """How a more accurate engine's answers compare: ``ratio`` and relative error ``off`` of each of `QUANTITIES`."""
 
     ratio: dict[str, float]
     off: dict[str, float | None]
@@ -188,7 +188,7 @@ def compared(
 
 
 def corrected(samples: Samples, ratio: Ratio) -> Samples:
-    """The samples multiplied by the mean ratio of the dearer engine's answers, with the error that these leave."""
+    """Samples multiplied by the mean ratio of the more accurate engine's answers, with the error that these leave."""
     values = {name: samples.values[name] * ratio.ratio[name] for name in QUANTITIES}
     return Samples(
         samples.engine,

@@ -118,7 +118,7 @@ def spread(key: str, written: str, scene: Scene) -> PartSpread:
 
 
 def _whole_key(key: str, scene: Scene) -> str:
-    """A key that may be given without its table; a bare frequency is that of the drive, if there is one."""
+    """A key that may be given without its table; a bare frequency is that of the excitation, if there is one."""
     if key == "frequency" and scene.excitation is not None:
         key = (
             "oscillator.frequency" if scene.excitation.frequency is None else "excitation.frequency"

@@ -1,4 +1,4 @@
-"""The runs of a study of tolerances: which samples an engine computes, which a dearer one, which a polynomial."""
+"""Runs of a tolerance study: which samples an engine computes, which a more accurate one, which a polynomial."""
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -43,8 +43,8 @@ class ToleranceRequest:
 
     ``matrix`` are the correlations of the keys (None: none), ``samples`` the number of devices in
     all, ``runs`` of them that the engine computes (None: as many as needed) and ``checks`` that a
-    dearer one computes again (None: as usual), with the relative error ``within``; ``lifetime`` is
-    that of limited peaks, in seconds or 1/w0.
+    more accurate one computes again (None: as usual), with the relative error ``within``;
+    ``lifetime`` is that of limited peaks, in seconds or 1/w0.
     """
 
     scene: Scene
@@ -80,7 +80,8 @@ class ToleranceRequest:
 class ToleranceRuns:
     """The results of one engine's runs: samples at keys' values ``x``, their surface, and the powers of the tornado.
 
-    ``failed_share`` is the interval of the share of devices without an answer, if a few state it.
+    ``failed_share`` is the interval of the fraction of devices without an answer, if a few state
+    it.
     """
 
     samples: sampling.Samples
@@ -103,7 +104,7 @@ class ToleranceStudy:
     execution: Execution
 
     def run(self, engine: Engine) -> ToleranceRuns:
-        """Compute samples by an engine, and some of them by a dearer one if there is one."""
+        """Compute samples by an engine, and some of them by a more accurate one if there is one."""
         request = self.request
         total = len(request.u)
         spreads = request.spreads
@@ -170,7 +171,7 @@ class ToleranceStudy:
 
     @property
     def _swept(self) -> float:
-        """The share of the progress that the sweeps are: counted paths need most of the time."""
+        """The share of the progress that the sweeps are: counted trajectories need most of the time."""
         return 1.0 if self.request.lifetime is None else SWEPT
 
     def _peaks(

@@ -41,8 +41,8 @@ class Polynomial:
     """A polynomial through values y, shape (n,), at the keys' values x, shape (n, keys).
 
     ``scatter`` is the standard deviation of its prediction by the others, in the unit
-    of y, and ``unexplained`` the share of the variance of y that this is; ``factor``, shape (terms,
-    kept), is that of the coefficients' covariance over the variance of noise in y.
+    of y, and ``unexplained`` the fraction of the variance of y that this is; ``factor``, shape
+    (terms, kept), is that of the coefficients' covariance over the variance of noise in y.
     """
 
     middle: Floats

@@ -12,8 +12,7 @@ from harvester.engines.selection import Named
 from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
-from harvester.machine.execution import DEFAULT, Execution
-from harvester.machine.progress import working
+from harvester.machine.execution import DEFAULT, Execution, working_on
 from harvester.quantities.units import seconds
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.tolerance import design
@@ -72,8 +71,8 @@ def tolerance(
         measure the remainder; for a netlist by the slopes of its cheapest engine, on common noise.
         For a netlist also the time of all runs, such as "30s" (default: 60 s).
     checks, within : int or float or str, optional
-        how many devices are computed again by a dearer engine (default: 8, by ngspice 4; 0: none),
-        and to which relative error.
+        how many devices are computed again by a more accurate engine (default: 8, by ngspice 4; 0:
+        none), and to which relative error.
     lifetime : float or str, optional
         seconds (nondimensional scene: 1/w0), or a text such as "5 years".
     seed : int, default 0
@@ -85,7 +84,7 @@ def tolerance(
     Returns
     -------
     ToleranceResult
-        quantiles of power and voltage, the yield within the limits, and each key's share of the
+        quantiles of power and voltage, the yield within the limits, and each key's fraction of the
         variance.
 
     Raises
@@ -137,7 +136,7 @@ def tolerance(
         seed=seed,
     )
     budget = _budget(chosen, request, amount, execution)
-    with working(execution.progress):
+    with working_on("tolerance", execution):
         computed = _compute(request, chosen, amount, execution, budget, by_default=engine is None)
         answer = ToleranceResult.of(request, computed, time.perf_counter() - begin)
     if folder is not None:
@@ -223,7 +222,7 @@ def _compute(
 ) -> ToleranceRuns:
     """The runs of a study within a budget (s), of a linear law, or of a polynomial.
 
-    An engine ``by_default`` is replaced by a dearer one if its error is not small.
+    An engine ``by_default`` is replaced by a more accurate one if its error is not small.
     """
     if budget is not None:
         study_of_law = CircuitStudy(

@@ -80,17 +80,17 @@ class ToleranceResult(TableResult):
     off : float or None
         the relative error of each power at 95 %; None if it is not known.
     quantiles, voltages : dict
-        the power, and the RMS voltage, that a share of devices is below.
+        the power, and the RMS voltage, that a fraction of devices is below.
     limits, met, met_each : tuple of Limit or ShareInterval or None or tuple of ShareInterval
-        the limits, and the share of devices that meets all, and each alone, with its interval; None
-        without a limit.
+        the limits, and the fraction of devices that meets all, and each alone, with its interval;
+        None without a limit.
     peaks_off : dict
         the relative error at 95 % of each limited peak, in the median.
     sensitivity : dict
-        of each key its share of the variance, ``first`` alone and ``total`` with others; empty if
-        absent.
+        of each key its fraction of the variance, ``first`` alone and ``total`` with others; empty
+        if absent.
     unexplained : float
-        the share of the variance that the polynomial does not explain.
+        the fraction of the variance that the polynomial does not explain.
     failed : int
         how many devices have no answer.
     physical : bool
@@ -268,7 +268,7 @@ class ToleranceResult(TableResult):
 
     @property
     def limit_table(self) -> Table | None:
-        """The share of devices that meets each limit, and all of them; None without limits."""
+        """The fraction of devices that meets each limit, and all of them; None without limits."""
         if self.met is None:
             return None
         names = [*(limit.written for limit in self.limits), "all limits"]
@@ -282,11 +282,11 @@ class ToleranceResult(TableResult):
             columns.append(
                 Column("level_error95", [*levels, None], "%", "error of a device's level, 95 %")
             )
-        return Table(tuple(columns), "share of the devices within a limit")
+        return Table(tuple(columns), "fraction of the devices within a limit")
 
     @property
     def key_table(self) -> Table:
-        """The keys, the one with the widest bar first, and their shares of the variance."""
+        """The keys, the one with the widest bar first, and their fractions of the variance."""
         bars = self.tornado
         units = [unit_of(bar.key) for bar in self.tornado]
         columns = [Column("key", [bar.key for bar in bars])]
@@ -301,7 +301,7 @@ class ToleranceResult(TableResult):
         names = ("first", "first_error95", "total", "total_error95") if self.sensitivity else ()
         shares = [self.sensitivity.get(bar.key) for bar in bars]
         columns += [Column(name, [getattr(s, name, None) for s in shares]) for name in names]
-        return Table(tuple(columns), "each key alone, and its share of the variance")
+        return Table(tuple(columns), "each key alone, and its fraction of the variance")
 
     @property
     def table(self) -> Table:
@@ -339,7 +339,7 @@ class ToleranceResult(TableResult):
         return data | {"tornado": bars}
 
     def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
-        """The distribution of the power, the tornado and the shares of the variance as a matplotlib figure."""
+        """The distribution of the power, the tornado and the fractions of the variance as a matplotlib figure."""
         return drawing.draw(self, title, ax)
 
 
@@ -412,7 +412,7 @@ def _bars(request: ToleranceRequest, runs: ToleranceRuns) -> tuple[TornadoBar, .
 def _shares(
     request: ToleranceRequest, runs: ToleranceRuns
 ) -> tuple[dict[str, VarianceShares], list[Diagnostic]]:
-    """The shares of the variance, or why there are none."""
+    """The fractions of the variance, or why there are none."""
     if request.matrix is not None:
         return {}, [note("no_shares_correlated")]
     try:

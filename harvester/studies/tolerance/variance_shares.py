@@ -1,4 +1,4 @@
-"""Which tolerance matters: the shares of the variance that each key brings, alone and with all others (Sobol).
+"""Which tolerance matters: the fractions of the variance that each key brings, alone and with all others (Sobol).
 
     first_i = Var(E[y | x_i]) / Var(y)      total_i = E[Var(y | all but x_i)] / Var(y)
 
@@ -37,7 +37,7 @@ def indices(
 ) -> dict[str, VarianceShares]:
     """The indices of a function of the keys' values, (n, keys) -> (n,), for independent keys with these spreads.
 
-    ``unexplained`` is the share of the variance that the function lacks, as a surface does.
+    ``unexplained`` is the fraction of the variance that the function lacks, as a surface does.
     Nothing if the function does not change.  Source: Saltelli et al., Comput. Phys. Commun. 181,
     2010; SALib (Herman and Usher, 2017).
     """

@@ -25,8 +25,7 @@ from typing import cast
 from harvester.engines import Spice
 from harvester.engines.protocol import AnyScene
 from harvester.equations.problem import Problem
-from harvester.machine.execution import DEFAULT, Execution
-from harvester.machine.progress import working
+from harvester.machine.execution import DEFAULT, Execution, working_on
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.work_precision.bias import NONE, Bias
 from harvester.studies.work_precision.cost_table import Cost, CostRow, front
@@ -40,8 +39,8 @@ def cost(
 ) -> Cost:
     """Measure every engine that can handle a scene in about ``budget`` seconds, compilation apart, at least once each.
 
-    Into the folder of its `Execution` it writes cost.csv, cost.png and provenance.json.  An engine that fails is a row
-    with its error.
+    Into the folder of its `Execution` it writes cost.csv, cost.png and provenance.json.  An engine
+    that fails is a row with its error.
 
     Raises InputError for a folder that cannot be written, or the options that `Execution` has for
     other studies; HarvesterError if no engine that samples gives a power above zero.
@@ -49,7 +48,7 @@ def cost(
     execution.only("cost", "out", "formats", "progress")
     folder = OutputFolder.of(execution)
     problem = Problem.of(scene)
-    with working(execution.progress) as progress:
+    with working_on("cost", execution) as progress:
         measurement = Measurement(problem, seed, budget, progress)
         measurement.measure()
     answer = table_of(measurement)

@@ -32,8 +32,9 @@ class RichardsonLadder:
     """Richardson extrapolation of the cheap model over several steps.
 
     It is the fit E_h = E_0 (1 + c2 h^2 + c4 h^4), with the nondimensional step h.
-    ``mean`` is E_0 of the moment that its power is made of, with its standard error, nondimensional;
-    ``coefficients`` are (c2, c4) or, from one pair of steps, (c2), with their ``covariance``.
+    ``mean`` is E_0 of the moment that its power is made of, with its standard error,
+    nondimensional; ``coefficients`` are (c2, c4) or, from one pair of steps, (c2), with their
+    ``covariance``.
     """
 
     mean: Value
@@ -128,7 +129,7 @@ def _long_pair(ensemble: "Trajectories", seconds: float) -> "RichardsonPair":
     burn_in(ensemble)
     if ensemble.hopping is not None:
         raise SimulationError(
-            "hops between the wells are too rare for a reference of `cost`: give more noise"
+            "transitions between the wells are too rare for a reference of `cost`: give more noise"
         )
     pair = RichardsonPair(ensemble, ensemble.time)
     spent = time.perf_counter() - begin  # on twice the burn-in at this step, and at twice the step

@@ -399,7 +399,7 @@ def test_19_an_acceleration_moves_amplitude_and_phase():
     assert s12 == pytest.approx(dA * y, rel=1e-6, abs=1e-9)
     assert s21 == pytest.approx(dPhi * np.sign(y), rel=1e-6, abs=1e-9)
     assert s22 == pytest.approx(dPhi * y, rel=1e-6, abs=1e-9)
-    with_eps2 = 0.4 * s11 + 0.4 * s12  # as printed, at eps1 = .3, eps2 = .4
+    with_eps2 = 0.4 * s11 + 0.4 * s12  # as printed, at eps1 = 0.3, eps2 = 0.4
     assert np.abs(with_eps2 - dA * (0.3 * np.sign(y) + 0.4 * y)).max() > 0.05
     assert 0.3 * s11 + 0.4 * s12 == pytest.approx(
         dA * (0.3 * np.sign(y) + 0.4 * y), rel=1e-6, abs=1e-9
@@ -435,7 +435,7 @@ def test_21_the_diffusion_has_no_product_of_the_rows():
 
 
 def test_22_the_mean_of_one_is_one():
-    """(1/2 pi) int_0^T dPhi is 1/omega where T is the period of Eq. 28; it is 1 where T is the phase's, 2 pi."""
+    """(1/2 pi) int_0^T dPhi is 1/omega where T is the period of Eq. 28; it is 1 if T is the phase's, 2 pi."""
     period = 2 * np.pi / orbit.frequency(np.float64(2.0), 0.5, np.float64(0.0))
     assert abs(period / (2 * np.pi) - 1) > 0.3
     assert quad(lambda _: 1.0, 0, 2 * np.pi)[0] / (2 * np.pi) == pytest.approx(1.0)
@@ -685,7 +685,7 @@ def plane(eqs, law):
 
 
 def test_28_the_period_is_that_of_the_orbit():
-    """2 pi/omega(A) with Eq. 10's omega is not the time that the orbit takes: p(y, y') would not integrate to one."""
+    """2 pi/omega(A) with Eq. 10's omega is not the time that the orbit needs: p(y, y') would not integrate to one."""
     law = density(CUBIC)
     al = CUBIC.alpha
     be = CUBIC.beta

@@ -1,7 +1,7 @@
 """The tables of docs/audit.md: each row rests on a line of the paper's text, and its class follows from that line.
 
 `paper_lines.toml` has the quotations.  The text loses signs, bars, roots, tall brackets and perhaps
-exponents; so a formula is called a misprint only where the right one does not turn into the text by
+exponents; so a formula is called a misprint only if the right one does not turn into the text by
 any such loss.
 """
 
@@ -46,7 +46,7 @@ def may_read(right, text):
 
 
 def test_what_may_be_lost():
-    """A minus may be, a plus or a letter may not; an exponent only where it is marked."""
+    """A minus may be, a plus or a letter may not; an exponent only if it is marked."""
     assert may_read("a - b ² ≈ c", "a b c")
     assert may_read("a - b ² ≈ c", "a b 2 c")
     assert not may_read("a + b", "a b")

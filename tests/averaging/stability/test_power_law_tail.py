@@ -91,7 +91,7 @@ def test_moments_with_a_stop_and_a_load(r, n2):
 
 
 def test_what_has_no_tail():
-    """A spring or a friction that grows, a second stop, no noise of the stiffness: all moments exist."""
+    """A spring or a friction that grows, a second stop, no parametric noise: all moments exist."""
     growing = {"alpha": 0.5}, {"c2": -0.1}, {"c3": 0.1}, {"n2": None}
     for one in (*growing, {"opposite_gap": 1.0, "opposite_restitution": 0.9}, {"n2": 1e-3}):
         assert power_tail(changed(STOPPED, **one)) is None
@@ -99,7 +99,7 @@ def test_what_has_no_tail():
 
 
 def test_what_is_not_known_of_a_circuit():
-    """A circuit takes energy, nobody knows how much: no upper end, and the bare device's as the lower one."""
+    """A circuit draws energy, nobody knows how much: no upper end, and the bare device's as the lower one."""
     tail = power_tail(Equations(c1=-0.05, beta=1.25, n2=0.04), driven=True)
     assert tail.highest == math.inf
     assert (

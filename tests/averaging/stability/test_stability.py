@@ -164,7 +164,7 @@ def test_slow_load_of_a_growing_motion(beta, n2):
 
 
 def test_slow_load_under_noise_that_outruns_the_growth():
-    """The same where lambda < N2/4, so that the mean of the slow voltage is no guide to what it does."""
+    """The same where lambda < N2/4, so that the mean of the slow voltage is not a guide to what it does."""
     eqs = changed(FIGURE7, mu=1e-7)
     spring = formula.averaged(changed(eqs, mu=None))
     assert formula.averaged(eqs) == pytest.approx(spring, abs=5e-5)
@@ -284,7 +284,7 @@ def test_boundary(r):
 
 
 def test_boundary_at_its_ends():
-    """Zero where rest is unstable without noise, infinite where no noise can unsettle it."""
+    """Zero where rest is unstable without noise, infinite if no noise can unsettle it."""
     assert (
         formula.boundary(changed(FIGURE7, restitution=1.0), np.array([0.1, 0.2])).averaged == 0
     ).all()
@@ -403,7 +403,7 @@ def test_stopping_dead_is_a_named_error():
 
 @pytest.mark.slow
 def test_a_scene():
-    """The three together; nonlinear terms play no part, external shaking is left out with a word."""
+    """The three together; nonlinear terms play no part, external excitation is left out with a word."""
     full = changed(FIGURE7, alpha=0.05, c2=0.015, c3=0.025, n1=0.01)
     answer = stability(scene(full), trajectories=512)
     json = answer.as_json()

@@ -16,7 +16,7 @@ from tests.support.coupled import coupled
 from tests.support.systems import PAPER, changed, linear, linear_v2, scene
 
 GAPS = [0.8, 0.0, -0.4]
-B = np.array([0.5, 0.79, 0.81, 1.3, 20.0])  # with a gap of .8: two free orbits, one just grazing
+B = np.array([0.5, 0.79, 0.81, 1.3, 20.0])  # with a gap of 0.8: two free orbits, one just grazing
 
 
 def settled(B, offset=0.0, rest=0.0, **coefficients):
@@ -181,7 +181,7 @@ def test_densities_of_the_gibbs_law(alpha, gap):
     "changes", [{}, {"mu": 2.0}, {"beta": 0.3}, {"n1": 1e-6, "n2": None, "c1": -0.05}], ids=str
 )
 def test_densities_integrate_to_the_moments(changes, gap):
-    """One, E[x^2] and E[x'^2], also where the voltage bends the orbits."""
+    """One, E[x^2] and E[x'^2], also if the voltage bends the orbits."""
     eqs = changed(PAPER, **changes)
     law = solve(changed(eqs, gap=gap * np.sqrt(solve(eqs).x2 / 0.4)))
     x = np.linspace(max(-law.spread.gap, -law.A[-1]), law.A[-1], 151)
@@ -261,7 +261,7 @@ TARGET += [({"beta": 0.5}, f) for f in (0.1, 0.8)] + [
 @pytest.mark.statistics
 @pytest.mark.parametrize("changes, rms", TARGET, ids=str)
 def test_within_two_per_cent_of_the_coupled_equations(changes, rms):
-    """From always to never touching: 2 %, and the error stated; |z| < 3 for what is left."""
+    """From always to never touching: 2 %, and the error stated; |z| < 3 for the remainder."""
     eqs = changed(PAPER, **changes, gap=rms * RMS)
     value, error = coupled(eqs)
     law = solve(eqs)
@@ -309,7 +309,7 @@ GRID = [
     ],
 )
 def test_many_scenes_at_once_are_each_alone(gap):
-    """With different effects, gaps and failures: what each scene gives by itself, to rounding."""
+    """With different effects, gaps and failures: each scene's own answer, to rounding."""
     scenes = [changed(PAPER, gap=g, **changes) for changes in GRID for g in (gap, 0.2)]
     for eqs, answer in zip(scenes, solve_many(scenes), strict=True):
         try:
@@ -390,7 +390,7 @@ def test_stated_error_covers_what_density_finds(table, true, most):
     ("beta", "mu", "solved"), [(0.74614, 7.134, 0.0021245524), (0.8, 8.0, None)]
 )
 def test_what_is_never_there_does_not_bend_the_law(beta, mu, solved):
-    """Where nothing is the slow voltage is not determined: it grew to 1e5, and 30 % were off where 15 were stated.
+    """If nothing is the slow voltage is not determined: it grew to 1e5, and 30 % were off where 15 were stated.
 
     The first is that of engine `density`, to 1e-8; near it the law was lost as well, and is steady.
     """

@@ -176,7 +176,7 @@ def test_nonlinear_damping_against_the_energy_law(law_of_f):
 @pytest.mark.parametrize("mu", [0.05, 1.0, 5.0, 50.0])
 @pytest.mark.parametrize("c", [0.05, 0.2])
 def test_linear_scene_is_exact_where_lines_are_wide(mu, c):
-    """Exact also where the published formula is 10 % off, at c = 0.2: the finite width of the line counts."""
+    """Exact also if the published formula is 10 % off, at c = 0.2: the finite width of the line counts."""
     eqs = linear(0.02, mu, c)
     assert solve(eqs).mean_square_voltage == pytest.approx(linear_v2(eqs), rel=5e-3)
 
@@ -329,7 +329,8 @@ def test_stated_error_covers_random_scenes():
     "stop", [{}, {"restitution": 0.9, "gap": 3.0}], ids=["none", "out of reach"]
 )
 def test_stated_error_covers_linear_scenes(stop):
-    """54 of 620 random scenes were off by more than they stated, 8 % with .4 and 13 % with .6 (the first two here)."""
+    """54 of 620 random scenes were off by more than they stated, 8 % with 0.4 and 13 % with 0.6
+    (the first two here)."""
     rng = np.random.default_rng(1)
     drawn = 10 ** rng.uniform((-2, -2, -3), (1, 1.3, -0.5), (60, 3)) * (1.0, 1.0, -1.0)
     hard = [
@@ -388,7 +389,7 @@ GRID += [{"restitution": r} for r in (0.0, 0.8, 1.0)] + [
 
 
 def test_many_scenes_at_once_are_each_alone():
-    """A grid with different effects, scales and failures gives what each scene gives by itself, to rounding."""
+    """A grid with different effects, scales and failures equals each scene's answer by itself, to rounding."""
     scenes = [changed(PAPER, **changes) for changes in GRID]
     for eqs, answer in zip(scenes, solve_many(scenes), strict=True):
         try:
@@ -463,7 +464,7 @@ def test_densities_of_the_gibbs_law(r, alpha):
     ids=str,
 )
 def test_densities_integrate_to_the_moments(changes):
-    """One, E[x^2] and E[x'^2], also where the voltage bends the orbits."""
+    """One, E[x^2] and E[x'^2], also if the voltage bends the orbits."""
     eqs = changed(PAPER, **changes)
     law = solve(eqs)
     stop = eqs.restitution is not None

@@ -41,7 +41,8 @@ def finished(device, noise, discard):
 
 @cache
 def of(load, eqs, h=0.05, duration=160.0):
-    """State, Csmooth and ledger; the voltage is some 50 V, below what breaks the diodes down."""
+    """State, Csmooth and ledger; the voltage is some 50 V, below the voltage that breaks the diodes
+    down."""
     name, parameters = load
     given = (
         Load(resistance=parameters)

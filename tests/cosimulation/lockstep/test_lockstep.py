@@ -88,7 +88,7 @@ def test_whole_scheme_is_of_second_order():
     ends = []
     for h in (0.2, 0.1, 0.05, 0.0125):
         n = round(8 / h)
-        # a kick of .9 at the start does what an initial velocity would
+        # a kick of 0.9 at the start does what an initial velocity would
         noise = np.zeros(n)
         noise[0] = 0.9 / np.sqrt(2 * h * eqs.n1)
         # the kick comes at t = h: shift the clock so that every run starts its motion at the same
@@ -273,7 +273,7 @@ def test_same_seed_same_answer_and_runs_do_not_disturb_each_other():
 
 
 def test_bridge_in_lock_step():
-    """A nonlinear load: the smoothed output is charged, the load gets power, and less than the circuit took."""
+    """A nonlinear load: the smoothed output is charged, the load gets power, and less than the circuit drew."""
     eqs = Equations(beta=0.05, c1=-0.05, n1=0.01)
     bridge = load_circuit(Load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-6}))
     one = worker.CoupledDevice(eqs, WEAK, bridge, 0.1, 4)
@@ -284,7 +284,7 @@ def test_bridge_in_lock_step():
 
 @pytest.mark.parametrize("share", [1e-9, 0.3, 0.5, 0.7, 1 - 1e-9, 1.0, 3.0])
 def test_no_sliver_is_left_before_a_landing(share):
-    """A free circuit's step is all of what is left, or at most half of it; the plain load resistor's is all of it."""
+    """A free circuit's step is all of the remainder, or at most half of it; the plain load resistor's is all of it."""
     run = {"noise_size": 100, "h": 2.0, "w0": 1.0}
     state = SimpleNamespace(target_time=1.5, free=1, smooth=0, turned=0, **run)
     step = proposed_step.py_func(state, 0.5, share)
@@ -340,7 +340,7 @@ def test_a_leg_after_a_turn_begins_with_a_small_step():
 @pytest.mark.thorough("test_a_switching_takes_few_steps")
 @pytest.mark.statistics
 def test_no_step_goes_over_a_switch():
-    """A tenth of ngspice's tolerance changes what SECE delivers by less than .2 %: .04 %, 1.7 % with steps gone over.
+    """A tenth of ngspice's tolerance changes the power of SECE by less than 0.2 %: 0.04 %, 1.7 % with longer steps.
 
     ngspice judges a step by the differences of several; the first one after an impact was much
     shorter than those.

@@ -167,7 +167,7 @@ def test_ledger_of_impacts_without_white_noise(name):
 
 @pytest.mark.parametrize("side, place", [(1.0, -0.3), (-1.0, 0.5)])
 def test_works_of_an_impact(side, place):
-    """The stop takes (1 - r^2) v^2/2; the shaking has done its share of what the flight before gained."""
+    """The stop dissipates (1 - r^2) v^2/2; the shaking has done its share of what the flight before gained."""
     speed = 1.1
     up = 0.8
     before = 0.6

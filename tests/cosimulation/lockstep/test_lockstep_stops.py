@@ -142,7 +142,7 @@ def test_compiled_and_interpreted_callbacks_are_the_same_path(eqs):
     "eqs", [changed(FULL, **TWO), changed(BISTABLE, alpha2=0.1), PRESSED, compliant(50.0)]
 )
 def test_ledger_closes(eqs):
-    """Springs store what they take, and each stop takes (1 - r^2) v^2/2 by its own r."""
+    """Springs store what they absorb, and each stop dissipates (1 - r^2) v^2/2 by its own r."""
     s = scales(eqs.beta)
     one = next(worker.measure_in_workers(device(eqs, 0.02, 10, s), [SEED], 20_000, 20.0, 1))
     assert abs(one.ledger.residual) < 0.01

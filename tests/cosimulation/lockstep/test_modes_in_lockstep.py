@@ -27,7 +27,7 @@ UNDER = hv.Magnifier(
 
 
 def _lockstep(scene, h, steps, reltol=1e-4):
-    """Path, ledger and the energy that the load took up to each kick (J), in ngspice."""
+    """Path, ledger and the energy that the load dissipated up to each kick (J), in ngspice."""
     problem = Problem(scene)
     noise = three_point_grid(np.random.SeedSequence(3), steps)
     device = CoupledDevice(
@@ -55,7 +55,7 @@ def _lockstep(scene, h, steps, reltol=1e-4):
     ids=["noise", "drive", "compliant", "magnifier", "ball"],
 )
 def test_path_of_the_ensemble(change):
-    """With a resistor ngspice's modes go as those of the exact update, and the energy ledger closes."""
+    """With a resistor ngspice's modes move as those of the exact update, and the energy ledger closes."""
     scene = BEAM.replace(mode=(SECOND, THIRD)).replace(**change)
     h = 0.01
     steps = 3000

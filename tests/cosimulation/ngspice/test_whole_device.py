@@ -34,7 +34,11 @@ EQS = Equations(beta=BETA, c1=-0.05, n1=1.0)
 END, DISCARD = 40.0, 10.0  # nondimensional times
 AMPLITUDE, RATE = 0.6, 1.35  # of the sine, near the resonance of the coupled device
 RECORD = 0.25  # sampling interval of the recorded acceleration
-COIL = {"L": 2.0, "Rcoil": 1.2e3, "Rcore": 5e5}  # an inversion of .02/w0; the default's takes .0014
+COIL = {
+    "L": 2.0,
+    "Rcoil": 1.2e3,
+    "Rcore": 5e5,
+}  # an inversion of 0.02/w0; the default's takes 0.0014
 LOADS = {
     "resistor": Load(resistance=1e6),
     "bridge": Load(netlist="bridge", parameters={"R": 1.5e6, "C": 1e-7}),

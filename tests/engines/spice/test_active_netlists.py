@@ -1,4 +1,5 @@
-"""Netlists that give energy: growth and a load that gives power are named errors, and what is not harvested is told."""
+"""Netlists that give energy: growth and a load that gives power are named errors, and the
+unharvested part is reported."""
 
 import pytest
 
@@ -48,7 +49,10 @@ def test_a_load_below_zero_is_refused_before_anything_runs(tmp_path, more):
 @pytest.mark.thorough("test_what_the_ledgers_tell")
 @pytest.mark.ngspice
 def test_power_that_the_netlist_gives_is_told(tmp_path):
-    """A source of -1 uS beside the load of 2 uS gives half of what that takes; a stable negative capacitor nothing."""
+    """A source of -1 uS beside the load of 2 uS gives half of what that dissipates; a stable
+    negative capacitor nothing."""
     (word,) = answer(tmp_path, "Rload p n {R/2}", "R2 p n {-R}").warnings
-    assert str(word) == "the netlist supplies 50% of the load power: that fraction is not harvested"
+    assert (
+        str(word) == "the netlist supplies 50 % of the load power: that fraction is not harvested"
+    )
     assert answer(tmp_path, "Rload p n {R}", "C1 p n -10n").warnings == ()

@@ -1,4 +1,4 @@
-"""Periodic responses of flat netlists: the whole error against closed forms, initial conditions, and hard diodes."""
+"""Periodic responses of flat netlists: the total error against closed forms, initial conditions, and hard diodes."""
 
 import importlib
 import math
@@ -49,7 +49,7 @@ def test_two_resistors_are_within_their_stated_error(tmp_path, ohms):
 
 
 def test_coils_and_further_capacitors_come_back(tmp_path):
-    """A period began with coils without currents: nothing came back, and runs of minutes stood for the response."""
+    """A period began with inductors without currents: nothing came back, and runs of minutes replaced the response."""
     elements = [
         ("RW", "PZ1", "M", 1e3),
         ("L1", "M", "N1", 200.0),
@@ -78,7 +78,7 @@ def test_a_steady_response_knows_no_initial_condition(tmp_path):
 
 
 def test_a_charge_begins_at_the_initial_condition(tmp_path):
-    """From 2 V on a store of 22 uF has 3 V after 418 ms, from 0 V after 667 ms."""
+    """From 2 V on a storage capacitor of 22 uF has 3 V after 418 ms, from 0 V after 667 ms."""
     times = [
         hv.charge(board(tmp_path, store), to=3.0, engine="spice").time.value
         for store in ("22u IC=2", "22u")
@@ -87,7 +87,7 @@ def test_a_charge_begins_at_the_initial_condition(tmp_path):
 
 
 def test_a_series_resistance_of_a_microohm(tmp_path):
-    """Its nodes' voltages round to more than ngspice's tolerance for the current between them: no step was taken."""
+    """Its nodes' voltages round to more than ngspice's tolerance for the current between them: no step succeeded."""
     powers = [
         hv.Spice().run(board(tmp_path, diode=f"{HARD} RS={ohms}")).mean_power
         for ohms in ("1u", "20m")
@@ -100,7 +100,7 @@ def test_a_series_resistance_of_a_microohm(tmp_path):
 
 
 def test_diodes_without_capacitance(tmp_path):
-    """ngspice bears them with a capacitance to ground, which is reported: runs of a minute and more stood for it."""
+    """ngspice bears them with a capacitance to ground, which is reported: runs of a minute and more replaced it."""
     answer = hv.Spice().run(board(tmp_path, diode="Is=1u N=1.05 Rs=2 Bv=40"))
     known = hv.Spice().run(board(tmp_path)).mean_power
     assert any(one.code == "shunted_response" for one in answer.warnings)

@@ -1,4 +1,4 @@
-"""The answer of engine `spice` where its time was over: the best there is, and in words what is missing."""
+"""The answer of engine `spice` where its time was over: the best there is, and in words the missing parts."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""A user's bridge of four diodes alike: ngspice goes beside the circuit of ideal diodes, as with the package's."""
+"""A user's bridge of four diodes alike: ngspice runs with the circuit of ideal diodes, as with the package's."""
 
 import math
 
@@ -15,7 +15,7 @@ BOARD = BRIDGE.format("BAT54") + STORE
 
 @pytest.mark.ngspice
 def test_its_runs_are_short_without_a_stop_alone(tmp_path):
-    """Next to a stop, where two paths part, the compiled circuit goes beside."""
+    """Next to a stop, where two paths part, the compiled circuit runs with it."""
     free = set_up(Problem(on_plate(tmp_path, BOARD)), hv.Spice(within="5%"), settled=True)
     assert isinstance(free.device.ideal, IdealCircuit) and free.stays_together
     scene = on_plate(tmp_path, BOARD).replace(stop=hv.Stop(restitution=0.9))

@@ -1,4 +1,5 @@
-"""What a run reports of the circuit next to the power: probes with errors, and each element's share of the energy."""
+"""The report of a run of the circuit next to the power: probes with errors, and each element's
+fraction of the energy."""
 
 import dataclasses
 import json

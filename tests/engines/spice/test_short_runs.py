@@ -42,7 +42,8 @@ def test_the_answer_is_that_of_the_compiled_circuit(tmp_path):
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_a_switched_circuit_begins_settled_at_the_step_of_its_twin():
-    """No step fails where the store is charged at once by so much, and the power drifts no more."""
+    """No step fails if the storage capacitor is charged at once by so much, and the power drifts
+    no more."""
     pair = set_up(
         Problem(hv.load("examples/plate_parallel_sshi.toml")), hv.Spice(within="1.9%"), settled=True
     ).pair

@@ -11,7 +11,8 @@ pytestmark = [pytest.mark.ngspice, pytest.mark.slow, pytest.mark.thorough("test_
 
 
 def test_bridge():
-    """Runs that begin in settled states of ideal diodes have the compiled circuit's power, and a ledger that closes."""
+    """Runs that begin in settled states of ideal diodes have the compiled circuit's power, and an
+    energy balance that closes."""
     load = hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "20 nF"})
     scene = BEAM.replace(stop=hv.Stop(restitution=0.5, gap="0.05 mm"), load=load)
     found, other = (

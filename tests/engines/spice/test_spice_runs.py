@@ -51,7 +51,7 @@ def made_up():
 
 
 def test_power_of_a_resistor_is_the_voltage_scaled():
-    """E[P] = beta mu E[V^2]: its errors go with beta mu, the variance of a pair with the square of it."""
+    """E[P] = beta mu E[V^2]: its errors scale with beta mu, the variance of a pair with the square of it."""
     runs = made_up()
     power, voltage = runs.power(), runs.mean_square_voltage()
     assert power.value == voltage.value.scaled(BETA * MU)
@@ -90,7 +90,7 @@ def test_runs_alone_pay_for_all():
     [
         (EnergyLedger(input=1.0, load=0.5, circuit=0.3, damping=0.2), []),
         (EnergyLedger(input=1.0, load=0.5, circuit=-0.001, stored=0.01, damping=0.491), []),
-        (EnergyLedger(input=0.4, load=0.5, circuit=-0.1), ["the netlist supplies 20% of"]),
+        (EnergyLedger(input=0.4, load=0.5, circuit=-0.1), ["the netlist supplies 20 % of"]),
         (
             EnergyLedger(input=1.0, load=0.5, stored=0.25, damping=0.25),
             ["not stationary: mass, piezo and Csmooth still store 50%"],
@@ -199,7 +199,7 @@ def test_the_start_of_the_processes_is_in_the_budget(monkeypatch, files, warm, l
     ("tolerance", "code"), [(0.2, "needs_smaller_tolerance"), (0.0, "needs_smaller_dt")]
 )
 def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, code):
-    """No further run helps where ngspice's tolerance or the step alone is off by more than the target."""
+    """No further run helps if ngspice's tolerance or the step alone is off by more than the target."""
     runs = made_up()
     runs.setup.device.reltol = 1e-4
     runs.tolerance = {"V2": tolerance, "load": tolerance}
@@ -209,7 +209,7 @@ def test_a_bias_that_no_runs_make_smaller_is_named(tolerance, code):
 
 
 def test_a_target_that_is_nearly_reached_is_reached(monkeypatch):
-    """The split may ask for less than a pair and for no longer ensemble, which once went round for ever."""
+    """The split may ask for less than a pair and for no longer ensemble, which once looped for ever."""
     runs = made_up()
     asked = []
     found = [

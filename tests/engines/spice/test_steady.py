@@ -1,4 +1,4 @@
-"""Engine `spice` under a steady drive: one periodic response, its errors measured, nothing sampled."""
+"""Engine `spice` under a steady excitation: one periodic response, its errors measured, nothing sampled."""
 
 import math
 
@@ -27,8 +27,8 @@ frequency = "3.2 Hz"
 [load]
 """
 BIMORPH = bimorph('R = "100 kohm", C = "10 uF"', "1 g", "45.6 Hz")
-# Mean power (uW) of the whole device as one netlist, mass and spring as coil and capacitor:
-# `ngspice -b` with reltol 1e-6 and at least 512 steps a period, known to about `KNOWN`.
+# Mean power (uW) of the whole device as one netlist, mass and spring as inductor and capacitor:
+# `ngspice -b` with reltol 1e-6 and at least 512 steps per period, known to about `KNOWN`.
 KNOWN = 2e-4
 SWITCHED = {
     "bridge": ("1.5 Mohm", "0.3 uF", 38.461),
@@ -40,7 +40,8 @@ SWITCHED = {
 
 @pytest.mark.thorough("test_a_bridge_off_resonance")
 def test_a_chip_whose_store_holds_many_periods():
-    """The load has the 3.3 V that the chip keeps, whatever its store is at; it took no power when the search began."""
+    """The load has the 3.3 V that the chip keeps, whatever its storage capacitor is at; it drew no
+    power when the search began."""
     answer = hv.Spice().run(
         hv.loads(bimorph("R = 22e3, C = 2.2e-6, Cout = 1e-6", netlist="ltc3588"))
     )
@@ -96,7 +97,7 @@ def test_a_large_capacitor_is_not_waited_for():
 
 @pytest.mark.thorough("test_a_bridge_off_resonance")
 def test_neighbours_lead_to_the_same_response():
-    """Also where the capacitor holds 450 periods' charge, whose change in one period hardly shows."""
+    """Also if the capacitor holds 450 periods' charge, whose change in one period hardly shows."""
     scenes = [hv.loads(BIMORPH).vary("load.parameters.R", ohms) for ohms in (7e5, 8e5, 1e6)]
     along = hv.Spice().run_continued(scenes)
     assert [isinstance(one, hv.Estimate) for one in along] == [True] * 3
@@ -120,7 +121,8 @@ def test_neighbours_lead_to_the_same_response():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SWITCHED)
 def test_switched_circuits(name):
-    """To .1 % and within the stated error; SECE was off by a quarter, with a warning of chaos, at 64 steps a period."""
+    """To 0.1 % and within the stated error; SECE was off by a quarter, with a warning of chaos, at
+    64 steps per period."""
     resistance, capacitance, expected = SWITCHED[name]
     coil = ', L = "2 H", Rcoil = "1.2 kohm", Rcore = "500 kohm"' * name.endswith("sshi")
     load = f'netlist = "{name}"\nparameters = {{ R = "{resistance}", C = "{capacitance}"{coil} }}\n'

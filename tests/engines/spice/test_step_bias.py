@@ -1,4 +1,4 @@
-"""The bias of the step of a netlist that no circuit without ngspice serves, as it has a transistor of level 3."""
+"""The bias of the step of a netlist that no circuit without ngspice supports, as it has a transistor of level 3."""
 
 import pytest
 
@@ -19,7 +19,7 @@ M1 p p p p slow
 @pytest.mark.ngspice
 @pytest.mark.statistics
 def test_whole_error_of_an_own_netlist_holds_the_exact_mean(tmp_path):
-    """Two resistors with half of a known mean power each; at a long step the bias is what is left."""
+    """Two resistors with half of a known mean power each; at a long step the bias is the remainder."""
     (tmp_path / "mine.cir").write_text(OWN)
     plate = hv.load("examples/plate.toml")
     own = plate.with_load(hv.Load(netlist=str(tmp_path / "mine.cir"), parameters={"R": "1 Mohm"}))

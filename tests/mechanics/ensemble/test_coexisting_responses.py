@@ -1,4 +1,4 @@
-"""Which trajectories under a steady drive have come to one response."""
+"""Which trajectories under a steady excitation have come to one response."""
 
 import dataclasses
 
@@ -43,7 +43,8 @@ RECORDED = dataclasses.replace(
     ids=["harmonic", "recorded"],
 )
 def test_a_path_goes_on_from_a_section(eqs):
-    """A period later it is where it began, with the shaking that its part of a period says; with another it is not."""
+    """A period later it is where it began, with the excitation that its part of a period states;
+    with another it is not."""
     trajectories = Trajectories(eqs, 8, np.random.SeedSequence(3), h=0.01)
     trajectories.run(400.0)
     h, period = trajectories.h, eqs.shaking_period

@@ -18,7 +18,7 @@ SEEN_ONCE = 128.0  # 1/w0: the record's period over the trajectories that share 
 
 
 def powers(eqs, seeds, count, duration):
-    """The powers of several seeds, with their errors of sampling."""
+    """The powers of several seeds, with their sampling errors."""
     found = []
     for seed in range(seeds):
         many = Trajectories(eqs, count, np.random.SeedSequence(seed), 0.1)
@@ -31,7 +31,7 @@ def powers(eqs, seeds, count, duration):
 @pytest.mark.statistics
 @pytest.mark.parametrize("duration", [SEEN_ONCE, 1000.0])
 def test_errors_are_the_true_spread_of_seeds(duration):
-    """Past a stop that takes energy all on one record come to do the same: their number makes no mean surer.
+    """Past a stop that dissipates energy all on one record come to do the same: their number makes no mean surer.
 
     By 64 independent entries a block, the errors were too small by 2.5 over 1000/w0.
     """

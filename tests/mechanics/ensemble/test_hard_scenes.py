@@ -149,7 +149,7 @@ def test_below_the_collapse_threshold(r, v2, h, allowed):
 
 @pytest.mark.parametrize("h, allowed", [(0.1, 0.06), (0.01, 0.015), (0.001, 0.0)])
 def test_no_restitution_with_noise_leaves_the_stop(h, allowed):
-    """r = 0: every impact takes all the energy, the noise brings it back; moments finite and converged."""
+    """r = 0: every impact dissipates all the energy, the noise brings it back; moments finite and converged."""
     eqs = changed(PAPER, restitution=0.0)
     moments = averages(eqs, 512, h, 50.0, 200.0)
     value, error = moments.mean("v2")
@@ -175,7 +175,7 @@ def test_no_restitution_without_noise_rests_after_the_first_impact(h):
 
 @fine_to_coarse
 def test_chatter_ends_in_a_stick(h):
-    """(x, x', V) = (.01, 0, 10), beta = 1, r = .5, mu = .1: rests on the stop from t = .134 on, V ~ exp(-mu t)."""
+    """(x, x', V) = (0.01, 0, 10), beta = 1, r = 0.5, mu = 0.1: rests on the stop from t = 0.134 on, V ~ exp(-mu t)."""
     eqs = Equations(beta=1.0, mu=0.1, restitution=0.5)
     path = quiet(eqs, 2.0, h, (0.01, 0.0, 10.0))
     stuck = (path.x == 0.0) & (path.v == 0.0)
@@ -183,7 +183,7 @@ def test_chatter_ends_in_a_stick(h):
     assert first == pytest.approx(0.13444, abs=2 * h)
     assert stuck[path.t >= first].all()
     assert len(path.impacts) < 10
-    # 9.856556 at .134439 by an ODE solver stopped at every impact
+    # 9.856556 at 0.134439 by an ODE solver stopped at every impact
     assert path.V[stuck] == pytest.approx(
         9.856556 * np.exp(-0.1 * (path.t[stuck] - 0.134439)), abs=0.003 * h * h + 1e-6
     )
@@ -261,7 +261,8 @@ def test_stiff_damping_never_blows_up(h):
 @pytest.mark.thorough("test_stiff_damping_never_blows_up")
 @pytest.mark.parametrize("h, most", [(0.2, 0.015), (0.02, 0.005), (0.002, 0.005)])
 def test_coarse_steps_are_little_biased(h, most):
-    """The paper's scene: E[V^2] within 1.5 % at h = .2 (Euler steps with reflection give 1.37 for .0881 at h = .05)."""
+    """The paper's scene: E[V^2] within 1.5 % at h = 0.2 (Euler steps with reflection give 1.37 for
+    0.0881 at h = 0.05)."""
     value, error = averages(
         PAPER, 16384 if h > 0.1 else 4096 if h > 0.01 else 512, h, 300.0, 300.0
     ).mean("V2")
@@ -557,7 +558,7 @@ def test_absent_effects_are_those_of_no_strength(names):
 
 @pytest.mark.thorough("test_removing_an_effect_equals_never_having_it")
 def test_an_absent_noise_is_that_of_no_strength():
-    """On a path up to rounding; in an ensemble, where two noises take two draws, in its means."""
+    """On a path up to rounding; in an ensemble, where two noises need two draws, in its means."""
     absent, zero = (changed(PAPER, n2=n2, n12=None) for n2 in (None, 0.0))
     noise = np.random.default_rng(2).standard_normal(2000)
     assert trace(zero, noise, 0.1).samples == pytest.approx(

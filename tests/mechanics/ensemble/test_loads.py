@@ -58,7 +58,8 @@ def test_a_path_goes_on_as_its_trajectory_does(mechanics, load):
 @pytest.mark.parametrize("mechanics", [ONE, TWO], ids=["one mode", "two modes"])
 @pytest.mark.parametrize("load", ["resistor", "ideal", "compiled"])
 def test_rows_that_a_load_begins_are_those_that_it_has(mechanics, load):
-    """x, x' and V stay; the store is empty, or absent; every further row has a value."""
+    """x, x' and V stay; the storage capacitor is empty, or absent; every further row has a
+    value."""
     problem = Problem.of(hv.loads(mechanics + (RESISTOR if load == "resistor" else BRIDGE)))
     circuit = CIRCUITS[load](problem)
     pair = loaded(problem.equations, circuit)

@@ -71,7 +71,7 @@ def test_identities(base, r):
     moments = settled(eqs, h=0.03)
     assert abs(z(moments.mean("V"), 0.0)) < 4
     assert abs(z(mean_and_error(moments.balance(eqs)), 0.0)) < 4
-    # These two hold path by path up to the ends of the record: the step's bias is what is left.
+    # These two hold path by path up to the ends of the record: the step's bias is the remainder.
     v2 = moments.mean("V2")[0]
     assert mean_and_error(moments.xV - moments.V2)[0] == pytest.approx(0.0, abs=1e-3 * v2)
     assert abs(z(mean_and_error(moments.vV - eqs.mu * moments.V2), 0.0)) < 4

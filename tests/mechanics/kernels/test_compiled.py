@@ -39,7 +39,7 @@ def test_a_long_first_call_is_told_on_a_terminal(capsys, monkeypatch, terminal, 
 
 
 def test_a_part_of_kernels_can_be_called_from_python():
-    """Compiled without what that takes, it would end the program: the call goes to a compilation of its own."""
+    """Compiled without what that needs, it would end the program: the call falls back to a compilation of its own."""
     for times in (1, 2):
         assert decayed(0.3 * times) == pytest.approx(-math.expm1(-0.3 * times))
     assert carried(0.4, way=0.1, t=0.0, mu=2.0) == pytest.approx(0.5)
@@ -127,7 +127,7 @@ def test_a_disk_that_takes_nothing_stops_no_kernel(cache):
 
 
 def test_constants_of_machine_code_are_in_its_cache_s_name():
-    """No compiled file takes a constant from one that the name of the cache is no hash of."""
+    """No compiled file takes a constant from one that the name of the cache is not a hash of."""
     files = {".".join(file.relative_to(ROOT).with_suffix("").parts) for file in compiled_sources()}
     assert "harvester.mechanics.kernels.trajectory_batch" in files
     assert "harvester.mechanics.ensemble.trajectories" not in files

@@ -1,4 +1,5 @@
-"""A linear oscillator at a rigid stop under a harmonic drive: period-one orbits in closed form (Shaw and Holmes 1983).
+"""A linear oscillator at a rigid stop under a harmonic excitation: period-one orbits in closed form
+(Shaw and Holmes 1983).
 
     x'' + x = F cos(Omega t + phi),   x'+ = -r x'-  at x = 0,   one impact, of speed v, in T = 2 pi/Omega
 
@@ -48,7 +49,7 @@ LIMIT = brentq(doubling, 2.0, 3.0)
 
 
 def last_impacts(eqs, steps, count, periods=400, start=None):
-    """Phase of the drive, as a complex number of size 1, and speed of the last impacts."""
+    """Phase of the excitation, as a complex number of size 1, and speed of the last impacts."""
     h = 2 * math.pi / eqs.drive_frequency / steps
     impacts = trace(eqs, np.zeros(periods * steps), h, start=start).impacts[-count:]
     return np.column_stack([np.exp(1j * eqs.drive_frequency * impacts[:, 0]), impacts[:, 1]])

@@ -83,7 +83,7 @@ def stationary(eqs, h):
     ids=["paper", "long step", "many losses", "gap"],
 )
 def test_means_are_those_of_the_exact_voltage(other, h, monkeypatch):
-    """Up to their standard errors, a few parts in 1000, at the ends of where the line serves."""
+    """Up to their standard errors, a few parts in 1000, at the ends of the line's range."""
     eqs = changed(PAPER, **other)
     ours = stationary(eqs, h)
     monkeypatch.setattr(intervals, "SLOW", 0.0)

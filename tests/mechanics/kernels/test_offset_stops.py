@@ -112,7 +112,8 @@ def test_a_gap_of_a_nanometre_costs_no_more(r):
     "y, v", [(0.05, -1.0), (-0.03, -0.5), (-0.03, 0.9), (0.0, -1e-9), (0.4, 1.0), (0.05, -0.3)]
 )
 def test_contact_is_the_equation(mu, k, c, y, v):
-    """y, y', V against an ODE solver through a whole drift; the energy that the damping took closes the balance."""
+    """y, y', V against an ODE solver through a whole drift; the energy that the damping dissipated
+    closes the balance."""
     t = 0.3
     gap = 0.7
     V = 0.4

@@ -1,4 +1,4 @@
-"""Recorded shaking: reading, repeating and resampling; responses against solve_ivp; noise of a tabulated density."""
+"""Recorded excitation: reading, repeating and resampling; responses against solve_ivp; noise of a tabulated density."""
 
 import dataclasses
 import itertools
@@ -60,7 +60,7 @@ def test_bridge_is_smooth():
     whole = table(0.02, 3001).values
     twice = np.concatenate([whole, whole])
     steps = np.diff(twice)[len(whole) - BRIDGE - 2 : len(whole) + 2]
-    assert np.abs(np.diff(steps)).max() < 0.5  # no jump: the ends are .6 apart
+    assert np.abs(np.diff(steps)).max() < 0.5  # no jump: the ends are 0.6 apart
     assert abs(twice[len(whole) - BRIDGE] - signal(60.0)) < 1e-12
 
 
@@ -76,7 +76,7 @@ def test_between_samples_it_is_the_signal():
 
 @pytest.mark.parametrize("count", [64, 128, 1000])
 def test_nothing_is_folded_back(count):
-    """Tones of whole periods: those below half the sampling rate are exact, those above are gone."""
+    """Tones of whole periods: those below half the sampling rate are exact, those above are removed."""
     n = 512
     t = np.arange(n) / n
     record = Record(

@@ -217,7 +217,7 @@ def test_drop_of_the_switch_at_a_fixed_amplitude():
 
 @pytest.mark.parametrize("mu", [0.02, 0.2])
 def test_sece_at_a_fixed_amplitude(mu):
-    """P = 2 w Cp Voc^2/pi, whatever the load, of a coil without loss and a rest of nothing."""
+    """P = 2 w Cp Voc^2/pi, whatever the load, of an inductor without loss and a rest of nothing."""
     one = without_drop("sece", mu, hysteresis=1e-4, sece=Flyback(0.0, 1.0, 0.0, 0.0, 0.0))
     _, square, taken = harmonic(one)
     assert mu * square == pytest.approx(2 / math.pi, rel=6e-3)
@@ -225,7 +225,7 @@ def test_sece_at_a_fixed_amplitude(mu):
 
 
 def test_flyback_against_the_coils_equations():
-    """The quarter oscillation and the coil's running down, losses included, by an independent solver."""
+    """The quarter oscillation and the inductor's running down, losses included, by an independent solver."""
     from scipy.integrate import solve_ivp
 
     capacitance = 1.0
@@ -245,7 +245,7 @@ def test_flyback_against_the_coils_equations():
     one = Flyback(damping, 1.0 / root, rest, wire, 1.0 / core)
 
     def quarter(_, y):
-        w, i = y  # the core sees the coil's terminals, behind the switch
+        w, i = y  # the core sees the inductor's terminals, behind the switch
         behind = (w - closed * i) / (1 + closed / core)
         return -(i + behind / core), (behind - wire * i) / coil
 
@@ -277,7 +277,7 @@ def test_series_inversion_conserves_charge():
 
 
 def test_series_inversion_of_the_voltage_between_both_capacitors():
-    """Without drops V - U goes to -q (V - U), whatever the capacitor's size."""
+    """Without drops V - U becomes -q (V - U), whatever the capacitor's size."""
     for kappa in (0.1, 1.0, 1e3):
         one = without_drop("series_sshi", 1e-9, kappa, hysteresis=1e-9)
         V, U = moved(one, np.array([0.0, 2.0, 2.0 - 1e-6]), 0.1)
@@ -616,7 +616,7 @@ def test_ngspice_on_the_same_noise(name):
 @pytest.mark.ngspice
 @pytest.mark.parametrize("name", ["parallel_sshi", "series_sshi", "sece"])
 def test_ngspice_on_the_same_noise_with_a_switch(name):
-    """The capacitor's voltage along one path: inversions take no time here, 0.02/w0 there."""
+    """The capacitor's voltage along one path: inversions are instantaneous here, 0.02/w0 there."""
     _, _, (_, _, charge), same, s = beside(name, 1, 60.0, 20.0)
     assert (
         rms(s.volts * same.U[:, 1], charge)

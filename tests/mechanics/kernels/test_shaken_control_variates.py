@@ -1,4 +1,5 @@
-"""What is new in coloured noise from step to step: told apart from what was foreseen, on fine grids and coarse ones."""
+"""What is new in coloured noise from step to step: distinguished from what was foreseen, on fine
+grids and coarse ones."""
 
 import numpy as np
 import pytest

@@ -111,7 +111,8 @@ def test_engine_states_that_nothing_is_random():
 
 @pytest.mark.parametrize("parts", [16, 48])
 def test_few_steps_to_a_period(parts):
-    """A sixteenth of a period is a step, too; with twice that beside it, the mean is still known to a few per cent."""
+    """A sixteenth of a period is a step as well; with twice that beside it, the mean is still known
+    to a few per cent."""
     pair = RichardsonPair(Trajectories(DRIVEN, 64, SEED, DRIVEN.shaking_period / parts), 100.0)
     assert pair.extrapolated("V2")[0] == pytest.approx(linear_v2(DRIVEN), rel=8.0 / parts**2)
 

@@ -1,4 +1,4 @@
-"""The width of vectors: measured once and kept, never where the user or the processor has decided; equal answers."""
+"""The width of vectors: measured once and kept, never if the user or the processor has decided; equal answers."""
 
 import json
 import subprocess
@@ -93,7 +93,7 @@ def test_what_the_user_asks_numba_for_is_left_alone(name, value, monkeypatch):
 @pytest.mark.skipif(not may_be_wide(), reason="this processor has no vectors of 512 bits")
 @pytest.mark.slow
 def test_both_widths_give_the_same_answers_up_to_rounding(tmp_path, monkeypatch):
-    """In processes of their own, and from kernels of their own: neither takes the machine code of the other."""
+    """In processes of their own, and from kernels of their own: neither uses the machine code of the other."""
     found, files = [], []
     for bits in (256, 512):
         monkeypatch.setenv(VARIABLE, str(tmp_path))

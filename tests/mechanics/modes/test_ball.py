@@ -23,7 +23,7 @@ DRIVE = hv.Excitation(acceleration_amplitude="0.5 g", frequency="45 Hz")
 
 
 def test_energy_and_momentum():
-    """Without forces impacts take what the kinetic energy loses, and leave the momentum, to rounding."""
+    """Without forces impacts dissipate what the kinetic energy loses, and leave the momentum, to rounding."""
     root = math.sqrt(0.2)
     r = 0.8
     modes = Modes((0.0, 0.0), (0.0, 0.0), (1.0, 0.0), (1.0, root), (1.0, -1.0 / root), pull=0.0)
@@ -81,7 +81,8 @@ def test_bounces_on_a_heavy_mass():
 
 @pytest.mark.thorough("test_energy_and_momentum")
 def test_weakly_shaken_it_lies_still():
-    """Shaken far below gravity, a ball goes with its box as one mass does, and however long, no impact takes energy."""
+    """Shaken far below gravity, a ball moves with its box as one mass does, and however long, no
+    impact dissipates energy."""
     ball = hv.Ball(mass="2 g", room="0.4 mm", restitution=0.7, tilt=90.0)
     white = hv.Excitation(acceleration_psd=1e-6)
     alone = BEAM.replace(mode=(), excitation=white)
@@ -106,7 +107,8 @@ def test_weakly_shaken_it_lies_still():
 
 @pytest.mark.thorough("test_energy_and_momentum")
 def test_what_lies_still_is_of_second_order():
-    """On its floor a ball is carried in balance with the spring, and the drive's amplitude is that of a joined mass."""
+    """On its floor a ball is carried in balance with the spring, and the excitation's amplitude is
+    that of a joined mass."""
     drive = hv.Excitation(acceleration_amplitude="0.02 g", frequency="45.6 Hz")
     heavier = math.sqrt(1.2)
     root = 0.2**0.5
@@ -211,7 +213,7 @@ def _located(scene, end, h):
     ],
 )
 def test_located_impacts(modes, ball):
-    """A ball shaken in a tilted box goes as by exact flow between located impacts, to second order in the step."""
+    """A ball shaken in a tilted box moves as by exact flow between located impacts, to second order in the step."""
     scene = BEAM.replace(mode=modes, ball=ball, excitation=DRIVE)
     problem = Problem(scene)
     seconds = 0.05

@@ -1,4 +1,5 @@
-"""Modes with stops under a drive against codes that share nothing with the package: exact flow, and DOP853."""
+"""Modes with stops under a harmonic excitation against codes that share nothing with the package:
+exact flow, and DOP853."""
 
 import math
 
@@ -51,7 +52,7 @@ def device(scene):
 
 
 def steady(scene, h, settle=60, periods=30):
-    """E[V^2] of trajectories from rest under a drive, in V^2, and their moments."""
+    """E[V^2] of trajectories from rest under a harmonic excitation, in V^2, and their moments."""
     problem = Problem(scene)
     many = Trajectories(
         problem.equations, 64, np.random.SeedSequence(1), h, start=np.zeros((3, 64))
@@ -81,7 +82,8 @@ STOPS = {
 
 @pytest.mark.parametrize("kind", STOPS)
 def test_located_impacts(kind):
-    """Two modes with stops against exact flow and impacts located to rounding, under a drive: within 0.3 %."""
+    """Two modes with stops against exact flow and impacts located to rounding, under a harmonic
+    excitation: within 0.3 %."""
     tables, stops, compliant = STOPS[kind]
     scene = BEAM.replace(excitation=DRIVE, **tables)
     independent = device(scene).mean_square_voltage(stops, 30, 60, compliant)

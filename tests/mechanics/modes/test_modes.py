@@ -1,4 +1,4 @@
-"""Several modes: against the Lyapunov equation, the Gibbs law, and the energy that impacts take."""
+"""Several modes: against the Lyapunov equation, the Gibbs law, and the energy that impacts dissipate."""
 
 import math
 
@@ -105,7 +105,7 @@ def test_gibbs_law_at_a_stop():
 @pytest.mark.slow
 @pytest.mark.parametrize("opposite", [pytest.param(None, marks=THOROUGH), 0.8])
 def test_impacts_take_what_the_ledger_says(opposite):
-    """Without springs the kinetic energy lost is that taken by impacts, to rounding, however many there are."""
+    """Without springs the kinetic energy lost is that dissipated by impacts, to rounding, however many there are."""
     modes = Modes(
         (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, -0.5, 0.3), (1.0, 1.0, 1.0), (1.0, 0.7, -0.4)
     )
@@ -124,7 +124,8 @@ def test_impacts_take_what_the_ledger_says(opposite):
 @pytest.mark.thorough("test_linear_means")
 @pytest.mark.slow
 def test_energy_closes_with_the_step():
-    """With springs and an open circuit the whole energy, and what impacts took, closes to second order in the step."""
+    """With springs and an open circuit the whole energy, and the losses of impacts, closes to
+    second order in the step."""
     stop = hv.Stop(stiffness="2e4 N/m", damping="5 N s/m", gap="0.05 mm")
     undamped = BEAM.oscillator.replace(damping_ratio=None)
     lossless = BEAM.replace(oscillator=undamped, load=None, excitation=None, stop=stop)

@@ -21,7 +21,7 @@ SHAPES = {
 
 
 def plate(**excitation):
-    """The plate of the examples under another shaking."""
+    """The plate of the examples under another excitation."""
     text = (EXAMPLES / "plate.toml").read_text().replace('acceleration_psd = "1e-5 g^2/Hz"', "\n".join(
         f"{key} = {value!r}" for key, value in excitation.items()))  # fmt: skip
     return hv.loads(text)
@@ -42,7 +42,7 @@ def test_a_density_has_the_rms_that_its_standard_states(curve):
 
 @pytest.mark.parametrize("name", SHOCKS)
 def test_lines_of_a_shock(name):
-    """Each is the integral of the shock over a period, times exp(-i w t); the mean is taken off."""
+    """Each is the integral of the shock over a period, times exp(-i w t); the mean is subtracted."""
     period = 0.7
     duration = 0.05
     frequency = 31.0 if name == "damped-sine-shock" else None
@@ -139,7 +139,7 @@ def test_the_best_load_of_a_single_shock_is_that_of_most_energy():
 
 
 def test_by_the_ensemble():
-    """It integrates what `exact` sums up, for shocks, with the same energy within its error of the step."""
+    """It integrates what `exact` sums up, for shocks, with the same energy within its time-step error."""
     scene = plate(**SHOCK, event_rate=1.0)
     sampled, exact = hv.run(scene, "ensemble"), hv.run(scene, "exact")
     energy = sampled.energy_per_event

@@ -1,4 +1,4 @@
-"""What comes after the first passage: shares of time on known paths, and of a chip in ngspice."""
+"""The time after the first passage: shares of time on known paths, and of a chip in ngspice."""
 
 import math
 
@@ -12,7 +12,7 @@ from tests.support.paths import EXAMPLES
 
 
 def test_shares_of_known_paths():
-    """Whole cycles where it rises again, else all the time to the end; nothing where it never gets there."""
+    """Whole cycles if it rises again, else all the time to the end; nothing if it never gets there."""
     t = np.linspace(0.0, 10.0, 100001)
     pulses = np.where(t % 2.0 >= 1.5, 1.0, 0.0)
     share, error, rises = afterwards(t, pulses, 0.5)

@@ -60,15 +60,15 @@ def test_what_it_cannot_charge_it_refuses():
 @pytest.mark.slow
 @pytest.mark.ngspice
 def test_a_circuit_with_transistors():
-    """It is there before transients have gone, which is reported, and the time holds what ngspice states."""
+    """It is there before transients have decayed, which is reported, and the time holds the answer of ngspice."""
     scene = EXAMPLES / "bimorph_self_powered_sshi.toml"
     found, judge = (hv.charge(scene, to="1 V", engine=name) for name in ("slow", "spice"))
     assert has(found.warnings, "charge_not_slow")
     assert abs(found.time.value - judge.time.value) < found.time.known_error95 + judge.time.error95
 
 
-# When the store of a chip's netlist has 4.9 V (LTC3588) or 2.9 V (BQ25570), by ngspice in
-# lock-step, with its whole error (s), `charge --engine spice` on 25 November 2026.
+# When the storage capacitor of a chip's netlist has 4.9 V (LTC3588) or 2.9 V (BQ25570), by ngspice
+# in lock-step, with its total error (s), `charge --engine spice` on 25 November 2026.
 CHIPS = [
     ("ltc3588", "0.15 g", "10 uF", 0.70536, 0.0003),
     ("ltc3588", "0.3 g", "10 uF", 0.32484, 0.0002),
@@ -80,7 +80,7 @@ CHIPS = [
 
 @pytest.mark.parametrize("chip, acceleration, store, seconds, error", CHIPS)
 def test_a_chip_charges_its_store_as_in_ngspice(chip, acceleration, store, seconds, error):
-    """What taking the time scales apart does is measured: the error is whole, and holds what ngspice states."""
+    """What taking the time scales apart does is measured: the error is whole, and holds the answer of ngspice."""
     scene = hv.load(EXAMPLES / f"bimorph_{chip}.toml").vary(
         "excitation.acceleration_amplitude", acceleration
     )
@@ -124,7 +124,8 @@ def test_a_diode_across_the_rails_is_refused_before_anything_long(tmp_path, monk
 
 @pytest.mark.slow
 def test_a_capacitor_that_loads_through_a_resistor_is_no_draw_of_the_board(tmp_path):
-    """The store was stated not to reach 3 V, which it does under a drive as soon as the other one is full."""
+    """The storage capacitor was stated not to reach 3 V, which it does under a harmonic excitation
+    as soon as the other one is full."""
     text = CLAMPED.replace("D5 OUT 0 D1", "R9 OUT X 1k\nC9 X 0 470u")
     scene = on_board(tmp_path, text, {"acceleration_psd": "1e-3 g^2/Hz"})
     with pytest.raises(hv.SimulationError, match=r"follows no capacitor .*, but c9 may still be"):

@@ -106,7 +106,8 @@ def test_a_target_of_a_nondimensional_scene():
 @pytest.mark.thorough("test_the_compiled_circuit_charges_as_the_ideal_one")
 @pytest.mark.ngspice
 def test_ngspice_alone():
-    """A resonant device charges its store as in one netlist of ngspice with the mass as a coil."""
+    """A resonant device charges its storage capacitor as in one netlist of ngspice with the mass as
+    an inductor."""
     scene = hv.loads(RESONANT)
     found = hv.charge(scene, "6 V", duration="8 s")
     text = MESH.format(force=0.04 * G * 0.05, text=Problem(scene).circuit.text)
@@ -128,7 +129,7 @@ def test_ngspice_alone():
 @pytest.mark.thorough("test_the_compiled_circuit_charges_as_the_ideal_one")
 @pytest.mark.ngspice
 def test_engines_agree_under_noise():
-    """The mean time by ideal diodes is that by ngspice: z of independent runs, errors of the step added."""
+    """The mean time by ideal diodes is that by ngspice: z of independent runs, time-step errors added."""
     ideal = hv.charge(BRIDGE, "1 V", trajectories=512)
     spice = hv.charge(BRIDGE, "1 V", engine="spice", trajectories=16, duration="6 s", seed=1)
     assert (ideal.engine, ideal.reached, spice.reached) == ("ideal", 1.0, 1.0)
@@ -185,7 +186,8 @@ def test_runs_that_never_arrive_are_told(harvester):
 
 @pytest.mark.slow
 def test_files(tmp_path, harvester):
-    """The curve rises to the band; at each level the store has C U^2/2, and powers times times add up to that."""
+    """The curve rises to the band; at each level the storage capacitor has C U^2/2, and powers
+    times times add up to that."""
     words = ("charge", BRIDGE, "--to", "1.5 V", "--trajectories", "256", "--out", tmp_path)
     status, said, wrong = harvester(*words)
     assert (status, wrong) == (0, "")
@@ -260,7 +262,10 @@ def test_a_record_begins_at_its_beginning(tmp_path, harvester):
             "engine 'compiled' supports only --probe store",
         ),
         (["--to", "2V", "--engine", "averaged"], "it must be one of ideal, compiled, slow, spice"),
-        (["--to", "2V", "--anywhere"], "--anywhere must be used with a record or a harmonic drive"),
+        (
+            ["--to", "2V", "--anywhere"],
+            "--anywhere must be used with a record or a harmonic excitation",
+        ),
         (["--to", "2V", "--trajectories", "1"], "--trajectories must be between 2 and"),
         (["--to", "2V", "--duration", "0"], "--duration must be a time (s)"),
         (["--to", "2V", "--dt", "0"], "--dt must be a time (s)"),

@@ -19,7 +19,8 @@ pulse_duration = "1 ms"
 event_rate = "20 Hz"
 """,
 )
-# The circuit, its parameters, the base, the time that is watched, and what the store bears (V)
+# The circuit, its parameters, the base, the time that is watched, and what the storage capacitor
+# bears (V)
 CASES = {
     "chip, supercapacitor": (
         "bq25570",
@@ -93,7 +94,7 @@ CASES = {
 @pytest.mark.thorough("test_the_compiled_circuit_charges_as_the_ideal_one")
 @pytest.mark.parametrize("case", CASES)
 def test_it_comes_to_its_end(case):
-    """The store's voltage is a number at all times, never far below 0, and no more than the circuit lets through."""
+    """The storage voltage is a number at all times, never far below 0, and no more than the circuit lets through."""
     netlist, parameters, sine, duration, most = CASES[case]
     text = bimorph(parameters, netlist=netlist)
     plain = SINE.format("0.25", "46")

@@ -1,4 +1,4 @@
-"""First passages of known paths, and what is reported of runs that have none."""
+"""First passages of known paths, and the reports on runs that have none."""
 
 import dataclasses
 import math
@@ -57,7 +57,7 @@ def test_interval_of_a_share(reached, runs):
 
 
 def covered(alike, runs_a_record, records=8, repeats=600, true=0.6):
-    """How many 95 % intervals of the share that arrives hold the true one, over repeats, as z of a binomial count.
+    """How many 95 % intervals of the fraction that arrives hold the true one, over repeats, as z of a binomial count.
 
     First as stated, then as if all runs were independent; the chance of a record's runs is drawn
     from a beta law, whose spread is the greater the more ``alike`` they are.
@@ -76,7 +76,7 @@ def covered(alike, runs_a_record, records=8, repeats=600, true=0.6):
 
 @pytest.mark.parametrize("alike", [0.05, 0.5])
 def test_runs_on_one_record_are_no_independent_ones(alike):
-    """The interval of a share holds the true one as often as it says, where independent runs would claim too much."""
+    """The interval of a share holds the true one as often as it states, where independent runs would claim too much."""
     stated, naive = covered(alike, 64)
     assert stated > -4.0
     assert naive < -4.0

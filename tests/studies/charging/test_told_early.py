@@ -1,4 +1,4 @@
-"""What a long charge states before it ends: which engine was taken and why, and how long it will take."""
+"""What a long charge states before it ends: which engine was chosen and why, and how long it will run."""
 
 import dataclasses
 
@@ -35,7 +35,7 @@ def test_ngspice_that_nobody_chose_is_told_before_it_runs():
 
 
 def test_the_parts_of_the_work_are_known_beforehand():
-    """Ever longer runs up to the end; with a duration the whole of it, after a pilot where that is short beside it."""
+    """Ever longer runs up to the end; with a duration the whole of it, after a pilot if that is short beside it."""
     assert lengths_of_runs(10.0 * FIRST, False) == [FIRST, 4.0 * FIRST, 10.0 * FIRST]
     assert lengths_of_runs(0.5 * FIRST, False) == [0.5 * FIRST]
     assert lengths_of_runs(2.0 * FIRST, True) == [2.0 * FIRST]

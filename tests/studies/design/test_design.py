@@ -1,4 +1,5 @@
-"""`harvester design`: what it says is available and its yield against other engines, and requirements nobody meets."""
+"""`harvester design`: what it states is available and its yield against other engines, and
+requirements nobody meets."""
 
 import dataclasses
 import json
@@ -35,7 +36,7 @@ def bridge():
 @pytest.mark.thorough("test_the_time_to_wake_is_that_of_charge")
 @pytest.mark.slow
 def test_what_is_available_is_what_another_engine_finds(bridge):
-    """A resistor that takes all of it at 3.3 V holds the store there."""
+    """A resistor that dissipates all of it at 3.3 V holds the storage capacitor there."""
     all_of_it = 3.3**2 / bridge.available.value
     other = hv.run(into("bridge", all_of_it, C=3.3e-6), engine="ideal")
     # ideal diodes: 0.6 % off here
@@ -64,9 +65,9 @@ def test_its_progress_begins_once_and_ends():
 
 
 def deviation_of_yield(decision, watts, **settings):
-    """The yield of a decision less that of `tolerance` for the load that takes what is needed, in standard errors.
+    """The yield of a decision less that of `tolerance` for the load that draws the requirement, in standard errors.
 
-    That of a share p of n devices is binomial, as if one at least did not meet what is needed.
+    That of a share p of n devices is binomial, as if one at least did not meet the requirement.
     """
     scene = into(decision.circuit, decision.load_resistance, C=3.3e-6, **settings)
     keys = {
@@ -85,7 +86,7 @@ def deviation_of_yield(decision, watts, **settings):
 @pytest.mark.thorough("test_the_time_to_wake_is_that_of_charge")
 @pytest.mark.slow
 def test_the_yield_is_that_of_tolerance(bridge):
-    """Devices whose load of what is needed gets it: the bridge's voltage is then 3.3 V or more."""
+    """Devices whose load of the requirement gets it: the bridge's voltage is then 3.3 V or more."""
     assert abs(deviation_of_yield(bridge, 40e-6)) < 4.0 and 0.5 < bridge.met.value < 0.95
 
 
@@ -93,7 +94,7 @@ def test_the_yield_is_that_of_tolerance(bridge):
 @pytest.mark.statistics
 @pytest.mark.parametrize(("watts", "share"), [(40e-6, 1.0), (120e-6, 0.73)])
 def test_a_decision_is_confirmed_by_run_and_tolerance(watts, share):
-    """The engineer's case, and one with a yield: the circuit, coil and load that were chosen, by ideal elements."""
+    """The engineer's case, and one with a yield: the circuit, inductor and load that were chosen, by ideal elements."""
     decision = hv.design(
         SCENE,
         needs=f"{watts} W at 3.3 V",
@@ -171,7 +172,8 @@ def table(current, top):
 
 
 def test_supply_of_a_straight_current():
-    """I = I0 (1 - V/V0): from the store V I, a chip's window has its end at V0/2 of most power, and tracking half."""
+    """I = I0 (1 - V/V0): from the storage capacitor V I, a chip's window has its end at V0/2 of
+    most power, and tracking half."""
     some = table(100e-6, 10.0)
     assert Supply(4.0).power(some, 1e-6) == pytest.approx(4.0 * 60e-6, rel=1e-6)
     assert Supply(4.0).wake(some, 1e-4) == pytest.approx(
@@ -192,7 +194,7 @@ def test_supply_of_a_straight_current():
 @pytest.mark.thorough("test_supply_of_a_straight_current")
 @pytest.mark.slow
 def test_what_a_chip_gives_is_the_heaviest_load_that_is_always_on():
-    """By `slow`: a lighter load takes what it takes, a far heavier one the energy of a cycle over its time."""
+    """By `slow`: a lighter load draws what it needs, a far heavier one the energy of a cycle over its time."""
     most = hv.design(SCENE, needs=NEEDS, circuits=[], chips=["ltc3588"]).available.value
     taken = {
         part: hv.run(into("ltc3588", 3.3**2 / (part * most), C=10e-6), "slow").mean_power
@@ -235,7 +237,7 @@ def test_the_engineers_case_in_ngspice():
 
 @pytest.mark.slow
 def test_a_scene_with_a_node_behind_a_chip_is_a_device_like_any_other():
-    """A circuit that is tried stands without the scene's own [storage], [chip] and [node]."""
+    """A circuit that is tried is computed without the scene's own [storage], [chip] and [node]."""
     whole = hv.load(SCENE)
     chip = hv.HarvestingChip(start_voltage=3.5, stop_voltage=2.4)
     node = hv.SensorNode(
@@ -276,7 +278,7 @@ def test_the_command_writes_a_scene_that_runs(harvester, tmp_path):
 
 
 def on_record(folder, loud):
-    """The scene on 24 s of its drive as a record, which is there for a part of each 8 s."""
+    """The scene on 24 s of its excitation as a record, which is there for a part of each 8 s."""
     t = np.arange(0.0, 24.0, 0.001)
     tone = 0.3 * 9.80665 * np.sin(2 * np.pi * 59.0 * t) * (t % 8.0 < 8.0 * loud)
     path = folder / "record.csv"
@@ -290,7 +292,7 @@ def on_record(folder, loud):
 @pytest.mark.thorough("test_the_time_to_wake_is_that_of_charge")
 @pytest.mark.slow
 def test_a_record_of_the_drive_asks_for_the_same_circuit(tmp_path, bridge):
-    """A whole one gives the drive's power; half of one gives half, and needs a store for the other half."""
+    """A whole one gives the drive's power; half of one gives half, and needs a storage capacitor for the other half."""
     whole, half = (
         hv.design(on_record(tmp_path, part), needs=NEEDS, circuits=["bridge"])
         for part in (1.0, 0.5)
@@ -322,7 +324,8 @@ def test_a_record_of_the_drive_gives_a_chip_the_same(tmp_path):
 
 
 def with_node(capacitance="470 uF"):
-    """The scene of a node behind a regulator of 1.8 V, which begins at 4.2 V of its store."""
+    """The scene of a node behind a regulator of 1.8 V, which begins at 4.2 V of its storage
+    capacitor."""
     scene = hv.load(EXAMPLES / "bimorph_packets.toml")
     return dataclasses.replace(
         scene,

@@ -75,7 +75,7 @@ def amplitudes(eqs):
 
 @pytest.mark.thorough("test_physical_units")
 def test_hardening_spring_jumps_where_harmonic_balance_says():
-    """The upper branch going up, the lower one going down, a jump at either fold."""
+    """The upper branch upwards, the lower one downwards, a jump at either fold."""
     sweep = np.arange(1.0, 1.3, 0.01)
     found = response(scene(DUFFING), sweep)
     many = [len(amplitudes(changed(DUFFING, drive_frequency=f))) == 3 for f in sweep]
@@ -131,7 +131,7 @@ def triangle(powers):
     ],
 )
 def test_half_power_bandwidth(powers, width):
-    """Linear between points; None where the half is not to both sides of the peak."""
+    """Linear between points; None if the half is not to both sides of the peak."""
     assert triangle(powers).bandwidth("up") == (width if width is None else pytest.approx(width))
 
 

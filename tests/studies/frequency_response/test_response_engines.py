@@ -1,4 +1,4 @@
-"""Which options of the engines a response takes."""
+"""Which options of the engines a response accepts."""
 
 import pytest
 

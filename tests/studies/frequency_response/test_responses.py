@@ -1,4 +1,4 @@
-"""Responses of circuits and of several values of a key: engines agree, phases, per g, maps, files, what is refused."""
+"""Responses of circuits and of several values of a key: engines agree, phases, per g, maps, files, refusals."""
 
 import csv
 import json
@@ -133,7 +133,7 @@ def test_several_loads_and_a_map(harvester, tmp_path):
 
 @pytest.mark.ngspice
 def test_a_frequency_that_fails(monkeypatch):
-    """It is left out and reported with its reason, and the others are there; where all fail, that is the error."""
+    """It is left out and reported with its reason, and the others are there; if all fail, that is the error."""
     linear = hv.loads(BRIDGE).with_load(resistance=50e3)
     follow = Spice.run_near
 
@@ -245,7 +245,7 @@ def test_a_wrong_unit_of_the_sweep_is_doubted_before_the_run(harvester, monkeypa
 
 
 def test_a_csv_file_of_what_is_not_known():
-    """The whole error of a power is there where it is known, and a frequency that failed has its reason."""
+    """The total error of a power is there if it is known, and a frequency that failed has its reason."""
     known = Value(2.0, bias=0.5)
     half = Value(2.0, bias=0.5, unknown="ideal diodes")
     points = [
@@ -291,7 +291,7 @@ def test_ideal_trajectories_are_judged_by_their_power():
 
 
 def test_only_some_responses_have_a_bandwidth():
-    """The column of the bandwidth is empty where the half power is beyond the sweep."""
+    """The column of the bandwidth is empty if the half power is beyond the sweep."""
     linear = hv.loads(BRIDGE).with_load(resistance=50e3)
     resonance = float(np.sqrt(1364.1 / 16.542e-3) / (2 * np.pi))
     wide, narrow = (

@@ -152,7 +152,7 @@ def test_another_response_is_refused(harvester, tmp_path):
     ],
 )
 def test_what_is_no_step(tmp_path, forged):
-    """A row whose checksum fits and that still is no step of this version: one line, no traceback."""
+    """A row whose checksum fits and that still is not a step of this version: one line, no traceback."""
     interrupted(HARDENING, "0.9:1.1:3", tmp_path, None, 1)
     with contextlib.closing(sqlite3.connect(tmp_path / RESPONSE.file)) as database:
         now = dict(database.execute("SELECT what, hash FROM identity"))
@@ -177,7 +177,7 @@ def test_what_is_no_step(tmp_path, forged):
     ids=["node", "periods"],
 )
 def test_a_state_that_is_none(tmp_path, old, new):
-    """Names of nodes go into a netlist, periods into a run's length: a forged one of either is refused."""
+    """Names of nodes enter a netlist, periods into a run's length: a forged one of either is refused."""
     bridge = hv.loads(bimorph('R = "100 kohm", C = "0.3 uF"'))
     interrupted(bridge, "44Hz:50Hz:3", tmp_path, ["spice"], 1)
     with contextlib.closing(sqlite3.connect(tmp_path / RESPONSE.file)) as database:

@@ -1,4 +1,4 @@
-"""The best of several circuits: each is searched by itself; what cannot be is refused before anything runs."""
+"""The best of several circuits: each is searched by itself; the impossible is refused before anything runs."""
 
 import dataclasses
 import json
@@ -59,7 +59,8 @@ def test_each_circuit_has_its_own_best(harvester, tmp_path):
 
 
 def test_coils_of_different_quality_are_told():
-    """1/Q = Rcoil sqrt(Cp/L) + sqrt(L/Cp)/Rcore; nothing is said of one coil, nor where the coil itself is varied."""
+    """1/Q = Rcoil sqrt(Cp/L) + sqrt(L/Cp)/Rcore; nothing is stated of one inductor, nor if the
+    inductor itself is varied."""
     given = hv.load(BRIDGE)
     scenes = {name: given.with_load(netlist=name) for name in ("bridge", "parallel_sshi", "sece")}
     over = {"load.parameters.R": ("300k", "3M")}
@@ -107,7 +108,7 @@ def test_all_are_scanned_alike():
     )
     strong, weak = race.optimum("strong", None), race.optimum("weak", None)
     assert str(weak.warnings[0]).startswith(
-        "its search ended with the first scan, whose largest power is 25% of that"
+        "its search ended with the first scan, whose largest power is 25 % of that"
     )
     assert has(weak.diagnostics, "ended_with_scan") and not has(
         strong.diagnostics, "ended_with_scan"
@@ -121,7 +122,7 @@ def test_all_are_scanned_alike():
 
 
 def test_scans_that_are_cut_short_are_compared():
-    """What all have seen when the budget ends says which goes on first; too little to end the search of another."""
+    """What all have seen when the budget ends states which continues first; too little to end the search of another."""
     powers = {"weak": 0.0025, "strong": 0.01}
     asked = {
         name: SearchRequest.of(
@@ -139,7 +140,7 @@ def test_scans_that_are_cut_short_are_compared():
 
 
 def test_under_a_steady_drive_ngspice_has_no_scout():
-    """Its periodic response takes less time than paths with ideal elements, and is nearer to the truth."""
+    """Its periodic response needs less time than paths with ideal elements, and is nearer to the truth."""
     drive = hv.Excitation(acceleration_amplitude="0.2 g", frequency="3 Hz")
     scenes = {False: hv.load(BRIDGE).replace(excitation=drive), True: hv.load(BRIDGE)}
     for has_scout, scene in scenes.items():
@@ -151,7 +152,8 @@ def test_under_a_steady_drive_ngspice_has_no_scout():
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_a_last_run_that_is_cut_off_loses_no_optimum(monkeypatch):
-    """Under a steady drive the best that was found before stands, as nothing random favoured it."""
+    """Under a steady excitation the best that was found before remains, as nothing random favoured
+    it."""
     drive = hv.Excitation(acceleration_amplitude="0.2 g", frequency="3 Hz")
     asked = SearchRequest.of(
         hv.load(BRIDGE).replace(excitation=drive),
@@ -256,7 +258,7 @@ def unsettled(optimum, times):
 
 
 def test_a_power_that_has_not_settled_is_never_chosen_over_one_that_has():
-    """Twice the power of a run that was cut off is no reason to take that circuit; alone it is all there is."""
+    """Twice the power of a run that was cut off is not a reason to choose that circuit; alone it is all there is."""
     scene = hv.Scene(nondimensional=hv.Nondimensional(c1=-0.05, beta=0.05, D11=0.01))
     one = hv.optimise(scene, vary={"nondimensional.mu": (0.1, 10.0)}, engine="exact")
     found = CircuitChoice.of({"cut": unsettled(one, 2.0), "bridge": one}, 1.0)

@@ -149,7 +149,7 @@ def test_refused(over, options, line):
 
 
 def test_ranges():
-    """Logarithmic where the ends differ tenfold; the ends are met to the last digit."""
+    """Logarithmic if the ends differ tenfold; the ends are met to the last digit."""
     log, linear = ranges.parse("load.resistance=1k:10M"), ranges.parse("oscillator.damping=-1:1")
     assert [log.value(u) for u in (0.0, 0.5, 1.0)] == pytest.approx([1e3, 1e5, 1e7], rel=1e-12)
     assert (log.value(0.0), log.value(1.0)) == (1e3, 1e7)
@@ -269,7 +269,7 @@ def test_published_knows_no_interval():
 @pytest.mark.thorough("test_formula_finds_the_exact_optimum")
 @pytest.mark.slow
 def test_two_keys_by_formula(tmp_path):
-    """Over mu and beta the linear power grows with beta, and the best mu goes with it; both are in the figure."""
+    """Over mu and beta the linear power grows with beta, and the best mu with it; both are in the figure."""
     answer = hv.optimise(
         LINEAR,
         vary=MU | {"nondimensional.beta": (0.1, 3.0)},
@@ -293,7 +293,7 @@ def test_two_keys_by_ensemble():
     assert (beta.value, beta.high95, beta.boundary) == (3.0, 3.0, "high")
     assert beta.low95 > 2.95
     half = 0.5 * math.log(mu.high95 / mu.low95)
-    # .25 without controls and with 1024 trajectories
+    # 0.25 without controls and with 1024 trajectories
     assert abs(math.log(mu.value / 2.0)) < 2.0 * half < 0.2
     power = answer.mean_power
     assert abs(power.value - linear_power(mu.value, 3.0)) < 4.0 * power.stderr + power.bias
@@ -347,7 +347,7 @@ def test_intervals_are_no_wider_than_they_must():
         )
         scores.append((math.log(key.value) - skewed) / (math.log(key.high95 / key.low95) / 3.92))
     assert abs(np.mean(scores)) < 4.0 / math.sqrt(40)
-    # the standard deviation of 40 scores of 1 has an error of .11
+    # the standard deviation of 40 scores of 1 has an error of 0.11
     assert 0.5 < np.std(scores) < 1.4
 
 
@@ -403,7 +403,7 @@ def test_boundary():
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", [ENSEMBLE, hv.Averaged()], ids=lambda e: e.NAME)
 def test_a_budget_too_small(engine):
-    """It states what is missing, and still reports a power with its error."""
+    """It states the missing parts, and still reports a power with its error."""
     answer = hv.optimise(LINEAR, vary=MU, engine=engine, budget=1e-3)
     key = only(answer)
     assert (key.low95, key.high95) == (None, None)

@@ -1,4 +1,4 @@
-"""Elements of a user's own netlist are keys of the optimiser, also for a board from KiCad."""
+"""Elements of a custom netlist are keys of the optimiser, also for a board from KiCad."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ def power(load):
 @pytest.mark.ngspice
 @pytest.mark.thorough("test_every_element_is_a_key")
 def test_the_best_element_of_a_board_is_that_of_the_closed_form(tmp_path):
-    """By periodic responses, without trajectories: in seconds where hundreds of them took minutes."""
+    """By periodic responses, without trajectories: in seconds where hundreds of them needed minutes."""
     (tmp_path / "board.cir").write_text(BOARD)
     load = hv.Load(netlist=str(tmp_path / "board.cir"), terminals=["/P", "/N"], resistor="R7")
     ranges = {"load.parameters.R7": ("10 kohm", "10 Mohm")}

@@ -80,7 +80,7 @@ def test_the_front_is_that_of_the_closed_form(harvester, tmp_path):
         tmp_path / "out",
     ]
     status, out, err = harvester("optimise", tmp_path / "scene.toml", *words, "--json")
-    # on a busy machine it says that it will take long
+    # on a busy machine it states that it will take long
     assert status == 0 and "Traceback" not in err
     found = json.loads(out)
     assert found["engine"] == "ensemble" and found["aim"] == "low" and len(found["front"]) >= 3

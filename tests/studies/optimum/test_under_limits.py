@@ -66,7 +66,8 @@ def by_brute_force(scene, share):
 
 @pytest.mark.parametrize("share", [None, 0.05])
 def test_a_spread_across_a_narrow_resonance(share):
-    """No polynomial follows it: the error says so, and devices one by one give the power to 1 %."""
+    """No polynomial follows it: the error states so, and devices one by one give the power to 1
+    %."""
     scene = narrow()
     true = by_brute_force(scene, share)
     robust = Robust(hv.Exact(), (("oscillator.mass", "10%"),), share)
@@ -280,7 +281,7 @@ def test_command(harvester, tmp_path):
                 "--objective",
                 "70%",
             ],
-            "--objective must be a share",
+            "--objective must be a fraction",
         ),
         (
             [
@@ -416,7 +417,7 @@ def test_the_front_by_the_command(harvester, tmp_path):
     [
         (
             {"objective": ["5%", "10%"]},
-            "`objective` must be a share of devices, a second quantity, or one of each",
+            "`objective` must be a fraction of devices, a second quantity, or one of each",
         ),
         (
             {"points": 3},

@@ -21,7 +21,7 @@ GIVEN = dict.fromkeys(("frequency", "damping", "coupling", "capacitance"), "give
 
 
 def weak(**load):
-    """A device whose coupling is so weak that its power goes with theta^2 and damping^-2, at resonance."""
+    """A device whose coupling is so weak that its power scales with theta^2 and damping^-2, at resonance."""
     return hv.Scene(
         oscillator=hv.Oscillator(mass=0.01, frequency=50.0, damping_ratio=0.02),
         piezo=hv.Piezo(coupling=1e-7, capacitance=20e-9),
@@ -68,7 +68,7 @@ def test_an_impedance_curve_narrows_all_that_it_measures():
 
 
 def test_points_give_the_normal_posterior():
-    """With a weak coupling the voltage without load goes with theta/c: its point leaves a normal posterior.
+    """With a weak coupling the voltage without load scales with theta/c: its point leaves a normal posterior.
 
     The voltage's error has half of the model error of a power and 2.5 % of the meter; a missing or a doubled error, a
     wrong exponent or an ignored point would each show in the standard deviation, the shift or the interval.

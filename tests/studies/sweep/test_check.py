@@ -27,10 +27,10 @@ def test_density_checks_the_ensemble_at_one_point_of_three(harvester, tmp_path):
 
 
 def test_a_device_without_power_agrees_with_its_check():
-    """Without coupling both powers are 0, which is no difference."""
+    """Without coupling both powers are 0, which is not a difference."""
     table = hv.sweep(STOPPED, vary={"nondimensional.beta": [0.0]})
     assert table.of("density")[0].mean_power.value == 0.0
-    assert "agrees with ensemble at the compared point: 0.0% apart" in str(table)
+    assert "agrees with ensemble at the compared point: 0.0 % apart" in str(table)
 
 
 def test_points_of_a_check():
@@ -40,7 +40,7 @@ def test_points_of_a_check():
 
 
 def test_an_engine_that_differs_from_its_check_is_a_warning():
-    """Far steps of the ensemble are off by more than errors that are taken from it."""
+    """Far steps of the ensemble are off by more than errors that are derived from it."""
     points = grid([Axis(LOADS, (0.5, 1.0, 2.0))])
     table = compute_table(STOPPED, points, [hv.Published(), hv.Density()], check="density")
     blind = dataclasses.replace(

@@ -67,7 +67,7 @@ def test_a_list_and_a_failure(tmp_path):
 
 @pytest.mark.slow
 def test_run_loads_none_of_it_nor_does_a_sweep(tmp_path):
-    """Which took the second that a sweep of a linear scene by its default engine now takes in all."""
+    """Which needed the second that a sweep of a linear scene by its default engine now needs in all."""
     code = f"""
 import sys
 from harvester.cli import exit_status

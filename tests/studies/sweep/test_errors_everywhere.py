@@ -49,7 +49,7 @@ def half(figure):
 
 
 def test_run_and_compare(power):
-    """`run` in its sentence, which names what is not known; `compare` in its table, and in its figure."""
+    """`run` in its sentence, which names the unknown part; `compare` in its table, and in its figure."""
     assert error_in_percent(power) == SAID[power]
     whole = power.error95
     assert (whole is None) == (power is UNKNOWN)
@@ -68,7 +68,7 @@ def test_terminal_and_notebook(power):
 
 
 def test_csv_pandas_and_json(power):
-    """The number is empty where a part is not known, and the part is named next to it."""
+    """The number is empty if a part is not known, and the part is named next to it."""
     found = table(power)
     row = next(csv.DictReader(io.StringIO(found.text())))
     assert (row["mean_power_error95"], row["mean_power_unknown"], row["mean_power_dof"]) == (

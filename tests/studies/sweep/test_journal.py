@@ -1,4 +1,4 @@
-"""The journal: whatever ends the program or damages the file, what is whole is kept; another sweep's is refused."""
+"""The journal: whatever ends the program or damages the file, the complete part is kept; another sweep's is refused."""
 
 import errno
 import fcntl
@@ -199,7 +199,7 @@ def test_no_file_in_its_place(tmp_path, name, make):
     """A pipe as well, which would be waited for without end."""
     make(tmp_path / name)
     made = Journal(tmp_path)
-    line = f"^`out` must take sweep.journal, but there is a {name} that is not a file: remove it$"
+    line = f"^`out` must accept sweep.journal, but there is a {name} that is not a file: remove it$"
     with pytest.raises(InputError, match=line):
         made.begin(NOW, [])
     if name == SWEEP.file:
@@ -209,12 +209,12 @@ def test_no_file_in_its_place(tmp_path, name, make):
 
 
 def test_a_full_disk_leaves_whole_rows(tmp_path, monkeypatch):
-    """The line names the file and the reason; what was written before stays, and with room again the rest goes in."""
+    """The line names the file and the reason; what was written before stays, and with room again the rest is added."""
     connect = sqlite3.connect
 
     def small(*arguments, **options):
         database = connect(*arguments, **options)
-        # SQLite then says what it says of a full disk
+        # SQLite then states what it states of a full disk
         database.execute("PRAGMA max_page_count = 8")
         return database
 
@@ -224,7 +224,7 @@ def test_a_full_disk_leaves_whole_rows(tmp_path, monkeypatch):
     made.add([row(0, 0, "1")])
     with pytest.raises(
         InputError,
-        match=r"^`out` must take sweep.journal, but writing failed: No space left on dev",
+        match=r"^`out` must accept sweep.journal, but writing failed: No space left on dev",
     ):
         made.add([row(point, 0, "2" * 100) for point in range(1, 100)])
     assert list(made.rows()) == [row(0, 0, "1")]
@@ -242,7 +242,7 @@ def test_a_limit_of_the_size_of_a_file(tmp_path):
     try:
         with pytest.raises(
             InputError,
-            match=r"must take sweep.journal, but writing failed: disk I/O error \(ulimit -f\?\);",
+            match=r"must accept sweep.journal, but writing failed: disk I/O error \(ulimit -f\?\);",
         ):
             made.begin(NOW, [])
     finally:
@@ -315,7 +315,7 @@ OLD_COLUMNS = "engine, mean_square_voltage, mean_power, seconds, error, warnings
 
 
 def test_a_journal_of_version_0_1_is_refused(tmp_path):
-    """Its rows lack parts of the errors, and so they are never taken for whole ones."""
+    """Its rows lack parts of the errors, and so they are never mistaken for whole ones."""
     with sqlite3.connect(tmp_path / SWEEP.file) as database:
         database.execute("CREATE TABLE identity (what, hash)")
         database.execute(f"CREATE TABLE rows (point, place, {OLD_COLUMNS}, checksum)")

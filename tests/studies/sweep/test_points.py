@@ -106,7 +106,7 @@ def test_an_impossible_point_is_named(tmp_path):
 
 
 def test_keys_are_set_together():
-    """A stop's gap without its restitution is no scene, in whatever order they are named."""
+    """A stop's gap without its restitution is not a scene, in whatever order they are named."""
     bare = hv.loads("[nondimensional]\nc1 = -0.01\nD11 = 0.01\n")
     keys = {"nondimensional.gap": 0.5, "nondimensional.restitution": 0.9}
     with pytest.raises(InputError):

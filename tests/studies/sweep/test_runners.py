@@ -108,7 +108,7 @@ def test_an_executor_that_is_handed_over_gives_the_same(expected):
 def test_dask_gives_the_same(tmp_path, expected, monkeypatch):
     """A worker of two threads, whose process is a daemon that may have no children, but has ngspice's all the same.
 
-    A sweep whose workers all go is an error, and does not wait for ever.
+    A sweep whose workers all end is an error, and does not wait for ever.
     """
     pytest.importorskip("distributed")
     dask = str(Path(sys.executable).with_name("dask"))
@@ -230,7 +230,7 @@ def test_a_defect_of_ours_is_a_row(tmp_path, monkeypatch):
 
 
 def test_tasks_are_whole_batches():
-    """Also where some of a batch are done: its answers' last digits depend on what is computed together."""
+    """Also if some of a batch are done: its answers' last digits depend on the batch."""
     points = grid([read_axis("load.resistance=1k:1M:600")])
     done = {(k, 0) for k in range(256)} | {(300, 0), (5, 1)}
     asked = list(
@@ -299,7 +299,7 @@ def test_cores(monkeypatch):
     ("rows", "beyond", "answered"), [(12, 0.0, 12), (12, 2.0, 12), (12, 10.0, 5), (1, 50.0, 1)]
 )
 def test_a_budget_holds_for_all_rows(monkeypatch, rows, beyond, answered):
-    """Rows of 60 s in all that take what they are given and more: they end in time, but for one; some are left out."""
+    """Rows of 60 s in all that use what they are given and more: they end in time, but for one; some are left out."""
     clock = [1000.0]
     monkeypatch.setattr(shared_budget, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     shared = SharedBudget(60.0, rows, 1)

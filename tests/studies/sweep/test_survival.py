@@ -1,4 +1,4 @@
-"""What ends a sweep: kills, ^C, a full disk, a closed pipe.  `--resume` gives the table of an undisturbed run."""
+"""Ends of a sweep: kills, ^C, a full disk, a closed pipe.  `--resume` gives the table of an undisturbed run."""
 
 import importlib
 import os
@@ -119,7 +119,7 @@ def test_a_full_disk(tmp_path, harvester):
     done = program(*QUICK, tmp_path, preexec_fn=little)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
-        "harvester: --out must take sweep.journal, but writing failed: disk I/O error (ulimit -f?); the points that "
+        "harvester: --out must accept sweep.journal, but writing failed: disk I/O error (ulimit -f?); the points that "
         "are done are kept for --resume\n"
     )
     assert {p.name for p in tmp_path.iterdir()} == {"sweep.csv", "sweep.journal", "provenance.json"}

@@ -190,7 +190,8 @@ def test_no_engine_serves(tmp_path):
 
 
 def test_the_ideal_circuit_stands_for_formulas(harvester):
-    """No formula knows a bridge: its figure has the ideal circuit beside SPICE, with its label, and a note says so."""
+    """No formula knows a bridge: its figure has the ideal circuit beside SPICE, with its label, and
+    a note states so."""
     scene = EXAMPLES / "plate_bridge.toml"
     args = (
         "--engine",
@@ -355,7 +356,7 @@ def test_resume_after_an_upgrade_says_so(tmp_path, computed):
 
 
 def test_files_of_version_0_1_are_refused(tmp_path, computed):
-    """Their rows lack parts of the errors: they are neither taken nor written over."""
+    """Their rows lack parts of the errors: they are neither used nor written over."""
     lines = resumed(tmp_path).text().splitlines()
     old = "".join(",".join(line.split(",")[:11]) + "\n" for line in lines)
     (tmp_path / "sweep.csv").write_text(old)

@@ -1,4 +1,5 @@
-"""Tolerances of a netlist within a budget: a board with a store, a bridge by compiled circuits, and refusals."""
+"""Tolerances of a netlist within a budget: a board with a storage capacitor, a bridge by compiled
+circuits, and refusals."""
 
 import numpy as np
 import pytest
@@ -72,7 +73,7 @@ VARY = {"load.parameters.R": "normal:10%", "piezo.coupling": "normal:5%"}
 
 @pytest.mark.slow
 def test_a_bridge_against_devices_on_other_noise():
-    """Devices by the ideal circuit on other noise are within the error, and vary as the law says."""
+    """Devices by the ideal circuit on other noise are within the error, and vary as the law states."""
     found = hv.tolerance(PLATE, vary=VARY, runs="20s", samples=512, seed=3)
     assert found.engine == "ideal" and found.off is not None
     scenes = [
@@ -88,7 +89,8 @@ def test_a_bridge_against_devices_on_other_noise():
 @pytest.mark.ngspice
 @pytest.mark.slow
 def test_a_driven_bridge_against_its_periodic_responses():
-    """The compiled circuit under a drive: devices of the law are within the stated error of their own responses."""
+    """The compiled circuit under a harmonic excitation: devices of the law are within the stated
+    error of their own responses."""
     scene = hv.load(ROOT / "examples" / "plate_harmonic.toml").with_load(PLATE.load)
     found = hv.tolerance(scene, vary=VARY, engine="compiled", runs="30s", samples=512)
     assert found.engine == "compiled" and found.off is not None and found.off < 0.05

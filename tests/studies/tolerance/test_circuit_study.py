@@ -57,7 +57,7 @@ class Formula:
         return 1
 
     def run_many(self, scenes):
-        """The answers, or an error where the power is None."""
+        """The answers, or an error if the power is None."""
         return [self._answer(scene) for scene in scenes]
 
     def _answer(self, scene):
@@ -124,7 +124,7 @@ def relative(x):
 
 
 def test_devices_are_those_of_the_formula():
-    """The level by the judge, and a polynomial through the joint contribution of both keys."""
+    """The level by the reference, and a polynomial through the joint contribution of both keys."""
     found, _ = study(Formula())
     assert found.power == pytest.approx(1.1 * joint(*relative(found.samples)), rel=2e-3)
     assert "polynomial through the rest" in found.error_from
@@ -229,9 +229,9 @@ def test_a_key_whose_end_has_no_answer_is_named():
 
 
 def test_a_first_order_without_a_known_model_has_no_error():
-    """The judge is asked in the middle; if it has no answer, the error is not known."""
+    """The reference is asked in the middle; if it has no answer, the error is not known."""
     known = linear_law(request(), Formula(judged=False), NO_PROGRESS).samples
-    assert known.off["mean_power"] > 0.1  # the judge's power is 1.1 times the others
+    assert known.off["mean_power"] > 0.1  # the reference's power is 1.1 times the others
     unknown = linear_law(request(), Formula(judged=False, knows=0), NO_PROGRESS).samples
     assert unknown.off["mean_power"] is None and has(unknown.checks, "no_error_stated")
 
@@ -248,7 +248,7 @@ def test_a_budget_that_is_spent_has_no_more_runs_and_says_so():
 
 
 def test_a_budget_is_filled_with_devices():
-    """More than the 24 of each key, if there is time; for the judge as well, if all devices are few."""
+    """More than the 24 of each key, if there is time; for the reference as well, if all devices are few."""
     asked = request(samples=200)
     engine = Formula()
     runs = CircuitStudy(asked, hv.Execution(workers=1), 60.0, fills=True).run(engine)

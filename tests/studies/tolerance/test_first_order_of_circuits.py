@@ -12,7 +12,7 @@ VARY = {"load.parameters.R": "normal:10%", "piezo.coupling": "normal:5%"}
 
 
 def test_devices_have_the_powers_of_the_linear_law(tmp_path):
-    """Devices that the engine computes on other noise are within the stated error, and vary as the law says."""
+    """Devices that the engine computes on other noise are within the stated error, and vary as the law states."""
     execution = hv.Execution(out=tmp_path)
     result = hv.tolerance(
         PLATE, vary=VARY, runs="first-order", samples=256, within=0.02, execution=execution

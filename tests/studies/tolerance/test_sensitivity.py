@@ -36,7 +36,7 @@ def test_indices_of_ishigami():
 
 @pytest.mark.slow
 def test_indices_of_ishigami_by_its_surface():
-    """The polynomial through 512 samples misses a share of the variance, which widens the intervals."""
+    """The polynomial through 512 samples misses a fraction of the variance, which widens the intervals."""
     x = design.values_at(ISHIGAMI, design.sobol_points(512, 3, 0))
     surface = fit(x, ishigami(x))
     assert 1e-5 < surface.unexplained < 0.02
@@ -56,7 +56,7 @@ def test_surface_knows_what_it_misses():
 
 
 def test_surface_of_a_key_with_two_values():
-    """High powers of it are no new functions, and must not blow up."""
+    """High powers of it are not new functions, and must not blow up."""
     x = np.column_stack([np.repeat([0.0, 1.0], 50), np.linspace(0.0, 1.0, 100)])
     assert fit(x, x[:, 0] * 2.0 + x[:, 1] ** 3).unexplained < 1e-12
 

@@ -1,4 +1,5 @@
-"""Quantiles and yield against 20,000 devices of a closed form, checks by a dearer engine, the command and its files."""
+"""Quantiles and yield against 20,000 devices of a closed form, checks by a more accurate engine,
+the command and its files."""
 
 import csv
 import json
@@ -121,7 +122,8 @@ def test_first_order_is_for_a_gradient(options, line):
 @pytest.mark.thorough("test_an_engine_that_samples")
 @pytest.mark.slow
 def test_checks_by_the_ensemble_narrow_what_averaged_says():
-    """The plate with a stop: the error left by 8 dearer runs is below what `averaged` states, and names the key."""
+    """The plate with a stop: the error left by 8 more expensive runs is below what `averaged`
+    states, and names the key."""
     vary = {"piezo.capacitance": "10%", "stop.restitution": ".94:.98"}
     plain = hv.tolerance(STOP, vary=vary, samples=1024, runs=64, checks=0, engine="averaged")
     checked = hv.tolerance(
@@ -133,7 +135,7 @@ def test_checks_by_the_ensemble_narrow_what_averaged_says():
     shares = checked.sensitivity
     assert shares["stop.restitution"].total > 0.7
     assert shares["piezo.capacitance"].total < 0.3
-    # What the ensemble says of a device that was not checked lies within the error stated.
+    # What the ensemble states of a device that was not checked lies within the error stated.
     device = hv.load(STOP).varied({"piezo.capacitance": 46e-9, "stop.restitution": 0.975})
     direct = hv.Ensemble(within="0.5%", seed=5).run(device).mean_power
     near = np.argmin(np.abs(checked.samples / [46e-9, 0.975] - 1.0).sum(axis=1))
@@ -233,7 +235,8 @@ def test_the_cheapest_engine_of_a_scene(name, engine):
 
 @pytest.mark.slow
 def test_limits_of_peaks():
-    """The share of devices within a limit of the largest displacement, against Rice's level of each of 200 of them."""
+    """The fraction of devices within a limit of the largest displacement, against Rice's level of
+    each of 200 of them."""
     vary = {"oscillator.damping": "50%"}
     found = hv.tolerance(
         PLATE,
@@ -407,7 +410,7 @@ def test_command_says_it_in_words(harvester):
                 "--lifetime",
                 "1 ns",
             ],
-            # at once: it was said after 16 s of computing
+            # at once: it was stated after 16 s of computing
             "--lifetime must be at least 50 cycles of the device",
         ),
         (

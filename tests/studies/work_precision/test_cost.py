@@ -1,4 +1,4 @@
-"""What accuracy costs: biases against exact laws, the table and its front, and the budget."""
+"""The cost of accuracy: biases against exact laws, the table and its front, and the budget."""
 
 import csv
 import dataclasses
@@ -142,7 +142,8 @@ def test_a_bias_that_is_not_seen_still_counts():
 @pytest.mark.thorough("test_ladder_is_the_exact_bias")
 @pytest.mark.statistics
 def test_model_bias_takes_the_step_out():
-    """An answer of 1.1 x 1.02 x the reference: the step's 2 % gone, 10 % are the model's, errors added in squares."""
+    """An answer of 1.1 x 1.02 x the reference: without the step's 2 %, 10 % are the model's, errors
+    added in squares."""
     answer = hv.Ensemble(trajectories=64, duration=5.0).run(LINEAR)
     power = Value(2.0, 0.02)
     answer = dataclasses.replace(answer, mean_power=Value(2.0 * 1.1 * 1.02, 2.0 * 1.02 * 0.003))
@@ -188,13 +189,13 @@ def test_needed():
     told = Cost(rows, "a", Value(1.0), {})
     assert told.needed("a", 0.05) == (1.0, True)
     assert told.needed("a", 0.03) == (4.0, True)
-    # 4 (.01/.005)^2; the biases take .01
+    # 4 (0.01/0.005)^2; the biases take 0.01
     assert told.needed("a", 0.015) == (pytest.approx(16.0), False)
     assert told.needed("a", 0.01) is None
     assert told.needed("b", 0.1) is None
     assert told.needed("b", 0.5) == (0.1, True)
     assert told.needed("c", 0.5) is None
-    # 1 (.04/.02)^2 from the row with a larger error, beside the 4 s that were measured
+    # 1 (0.04/0.02)^2 from the row with a larger error, beside the 4 s that were measured
     assert told.predicted("a", 0.03) == pytest.approx(4.0)
     assert told.predicted("a", 0.5) is None
     cells = {column.name: column.cells for column in told.seconds_needed.columns}
@@ -490,7 +491,7 @@ def test_reference_is_the_cheap_model_less_its_bias(measurement):
     assert (answer.power.value, answer.reference) == (pytest.approx(1.6 * factor), "spice")
     assert answer.power.stderr == pytest.approx(1.6 * factor * math.hypot(0.01, 0.01 / 1.25))
     cheap, spice = answer.rows
-    # 3 h^2 at h = .1
+    # 3 h^2 at h = 0.1
     assert (cheap.step_bias, cheap.step_bias_stderr) == pytest.approx((0.03, 0.003))
     assert (spice.step_bias, spice.step_bias_stderr) == pytest.approx((0.05, 0.005))
     assert (cheap.model_bias, spice.model_bias) == (0.25, 0.0)
@@ -557,7 +558,8 @@ parameters = { R = "1 Mohm", C = "50 nF" }
 @pytest.mark.thorough("test_reference_is_the_cheap_model_less_its_bias")
 @pytest.mark.ngspice
 def test_ngspice_beside_the_ideal_circuit():
-    """A coarse tolerance is further off than a fine one; an ideal circuit said to give twice its power has 100 % bias.
+    """A coarse tolerance is further off than a fine one; an ideal circuit stated to give twice its
+    power has 100 % bias.
 
     By less than 10 % more or less, which is its own bias and the standard error of eight runs.
     """
