@@ -30,7 +30,7 @@ PARTS = 200
 FEW = 32  # runs of a budget's pilot
 # of a budget, for the runs at the scene's step: those at twice the step need half as long
 FINE = 0.6
-FILLED = 0.8  # of the rest of a budget after its pilot: what more runs may need
+FILLED = 0.8  # of the rest of a budget after its pilot: the time of more runs
 CUT = "watched_in_budget"
 
 
@@ -43,7 +43,7 @@ def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
     Glasserman and Kou, Math. Finance 7, 325, 1997), so that the error is 1/(sqrt(2) - 1) times the
     change.
 
-    In a budget `FEW` runs come first, whose time tells how many fit into the rest; they are the
+    In a budget `FEW` runs come first, whose time predicts how many fit into the rest; they are the
     answer if few more would.
 
     Raises as `harvester.mechanics.ensemble.trajectories.Trajectories`.

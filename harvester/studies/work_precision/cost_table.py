@@ -164,8 +164,8 @@ class Cost(TableResult):
         """The seconds in which an engine would reach a total error, by its rows with larger ones.
 
         A prediction prolongs a row until sampling has the part its biases leave,
-        seconds (sampling/rest)^2; None if no row's biases leave anything.  What reaches a smaller
-        error of `SHOWN` sooner reaches this one as well.
+        seconds (sampling/rest)^2; None if no row's biases leave anything.  A smaller error of
+        `SHOWN` that is predicted sooner counts.
         """
         here = self._prolonged(engine, within)
         if here is None:

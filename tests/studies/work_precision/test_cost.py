@@ -197,7 +197,7 @@ def test_needed():
     # 1 (.04/.02)^2 from the row with a larger error, beside the 4 s that were measured
     assert told.predicted("a", 0.03) == pytest.approx(4.0)
     assert told.predicted("a", 0.5) is None
-    # a bias that leaves little of 1 %, and a row that is as soon within .3 %: 0.5 (.02/.002)^2
+    # a bias of almost 1 %, and a row that is as soon within 0.3 %
     rough = row("a", 1.0, 0.004, 0.0135), row("a", 0.5, 0.02, 0.021)
     biased = Cost(rough, "a", Value(1.0), {})
     assert biased.predicted("a", 0.01) == pytest.approx(0.5 * (0.02 / 0.009) ** 2)
