@@ -43,8 +43,8 @@ def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
     Glasserman and Kou, Math. Finance 7, 325, 1997), so that the error is 1/(sqrt(2) - 1) times the
     change.
 
-    In a budget `FEW` runs come first, whose time predicts how many fit into the rest; they are the
-    answer if few more would.
+    In a budget `FEW` runs come first, whose time predicts how many fit into the rest, which in turn
+    predict more; the last are the answer.
 
     Raises as `harvester.mechanics.ensemble.trajectories.Trajectories`.
     """
@@ -64,14 +64,18 @@ def charge_side_by_side(runs: ChargeRuns, engine: str = Ideal.NAME) -> Passages:
     few = max(FEW, least)
     if math.isinf(runs.budget) or several.count <= few:
         return _side_by_side(several, engine, circuit)
-    pilot = _side_by_side(replace(several, count=few, progress=None), engine, circuit)
-    left = runs.budget - pilot.seconds
-    count = min(several.count, _fitting(FILLED * left / pilot.seconds, few) // least * least)
-    if count < 2 * few:
-        return _fewer(pilot, several, pilot.seconds)
-    more = _side_by_side(replace(several, count=count, budget=left), engine, circuit)
-    better = pilot if has(more.notes, CUT) and not has(pilot.notes, CUT) else more
-    return _fewer(better, several, pilot.seconds + more.seconds)
+    best = last = _side_by_side(replace(several, count=few, progress=None), engine, circuit)
+    spent = last.seconds
+    while not has(last.notes, CUT):
+        now = len(last.times)
+        left = runs.budget - spent
+        count = min(several.count, _fitting(FILLED * left / last.seconds, now) // least * least)
+        if now == several.count or count < min(2 * now, several.count):
+            break
+        last = _side_by_side(replace(several, count=count, budget=left), engine, circuit)
+        spent = spent + last.seconds
+        best = best if has(last.notes, CUT) else last
+    return _fewer(best, several, spent)
 
 
 def _fitting(times: float, few: int) -> int:
