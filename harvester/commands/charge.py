@@ -4,8 +4,9 @@ from typing import Any
 
 import cloup
 
-from harvester.commands.options import engine_option, seed_option
+from harvester.commands.options import duration, engine_option, seed_option
 from harvester.commands.study import Output, output_options, study_command
+from harvester.errors import InputError
 
 
 @study_command(
@@ -53,16 +54,31 @@ from harvester.commands.study import Output, output_options, study_command
         "--dt",
         help="Step, such as 1ms (nondimensional scene: a number of 1/w0).  Default: from the scene.",
     ),
+    cloup.option(
+        "--budget",
+        type=duration,
+        metavar="TIME",
+        help="Time limit, such as 30s: as many and as long runs as fit into it; not with "
+        "--trajectories.  Default: unlimited.",
+    ),
     seed_option,
 )
 @output_options("Folder for charge.csv, levels.csv, charge.png and provenance.json.")
-def charge(output: Output, **options: Any) -> None:
+def charge(output: Output, budget: float | None, **options: Any) -> None:
     """Charge SCENE's storage capacitor from empty to a target voltage: mean time, spread and charging power."""
     from harvester.machine.bars import Bar
     from harvester.studies.charging.charge import charge as charge_of
 
     scene = output.scene
-    with Bar("charge", at_most=True, shorter="a shorter --duration or fewer --trajectories") as bar:
+    shorter = "--budget, a shorter --duration or fewer --trajectories"
+    if budget is not None:
+        if options["trajectories"] is not None:
+            raise InputError(
+                "`budget` must be left out if `trajectories` is given, but both are given"
+            )
+        options["trajectories"] = f"{budget} s"
+        shorter = ""
+    with Bar("charge", at_most=True, shorter=shorter) as bar:
         options |= {"progress": bar.tell, "notice": bar.notice, "execution": output.execution()}
         answer = charge_of(scene, **options)
     files = ("charge.csv", "levels.csv", "charge.png", "provenance.json")

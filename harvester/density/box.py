@@ -71,6 +71,8 @@ def extent(
         rests = np.flatnonzero((energy <= padded[:-2]) & (energy < padded[2:]))
         rests = rests[(first <= rests) & (rests <= last)]
         reach = max(x[rests[0]] - x[first], x[last] - x[rests[-1]])
+        if not reach > 0.0:  # one point alone is below: the warmth has all but vanished
+            continue
         return Box(
             float(x[first]), float(x[last]), math.sqrt(2.0 * tail * warmth), float(reach), tail
         )

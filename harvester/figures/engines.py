@@ -15,12 +15,13 @@ from harvester.figures.style import INK, WIDTH, entitle, legend, new
 from harvester.presentation.engine_look import look as look_of
 from harvester.presentation.plot import Plot, styled
 from harvester.studies.compare import Comparison, PathComparison
-from harvester.studies.work_precision.cost_table import Cost
+from harvester.studies.work_precision.cost_table import SHOWN, Cost
 from harvester.uncertainty.value import Value, percent
 
 _SHOWN = 0.4  # of the trajectory, its end
 _LEDGER = "ledger_"
 MOST_ENGINES = 6  # of the figure of costs
+FARTHEST = 100.0  # times the longest measured time: predictions beyond it are in the table alone
 _SEEN = 1e-5  # of the power: a smaller error is not written beside it
 _HATCHES = {"sampling, 95 %": "", "step": "////", "model, estimated": "...."}
 
@@ -206,7 +207,8 @@ def cost(answer: Cost, title: str | None) -> Plot:
     """Draw total error against seconds: points of (engine, seconds, relative error, whether on the Pareto front).
 
     Each engine, `MOST_ENGINES` at most, has a line through those of its points that none of its own
-    beats, with its name in addition to it.  A point measured without control variates or pairing
+    beats, with its name in addition to it, and a dotted one through the times that its poorer
+    points predict for the errors `SHOWN`.  A point measured without control variates or pairing
     is a hollow mark of the same colour.
     """
     shown = [
@@ -222,6 +224,7 @@ def cost(answer: Cost, title: str | None) -> Plot:
             _cost_of(here, engine, [p[1:4] for p in shown if p[0] == engine])
             for engine in first[:MOST_ENGINES]
         ]
+        predicted = [_predictions_of(here, answer, engine) for engine in first[:MOST_ENGINES]]
         logarithm(here.xaxis)
         logarithm(here.yaxis)
         here.margins(0.18, 0.1)
@@ -232,6 +235,7 @@ def cost(answer: Cost, title: str | None) -> Plot:
         notes += ["Hollow: without control variates, pairing or a settled start."] * any(
             p[1] for p in shown
         )
+        notes += ["Dotted: predicted by points of larger error."] * any(predicted)
         notes += [f"Not drawn: {', '.join(first[MOST_ENGINES:])}."] * bool(first[MOST_ENGINES:])
         legend(figure, " ".join(notes))
         write_labels(here, labels)
@@ -257,3 +261,24 @@ def _cost_of(here: Axes, engine: str, points: Sequence[tuple[str, float, float]]
     here.plot(*zip(*whole, strict=True), **look, linestyle="none", markersize=4.5, alpha=0.45)
     here.plot(*zip(*best, strict=True), **look, linewidth=1.2, markersize=6, markeredgecolor=INK)
     return Label(engine, look_of(engine).colour, np.array([*best[::-1], *whole]))
+
+
+def _predictions_of(here: Axes, answer: Cost, engine: str) -> bool:
+    """Draw the seconds predicted for each of `SHOWN`, up to `FARTHEST`; whether there is one."""
+    longest = max(row.seconds for row in answer.rows if row.seconds)
+    seconds = [(answer.predicted(engine, within), within) for within in SHOWN]
+    points = [
+        (s, 100.0 * within) for s, within in seconds if s is not None and s <= FARTHEST * longest
+    ]
+    if points:
+        here.plot(
+            *zip(*points, strict=True),
+            color=look_of(engine).colour,
+            linestyle=":",
+            linewidth=1.2,
+            marker=".",
+            markersize=5,
+            zorder=2.5,
+            gid=f"predicted {engine}",
+        )
+    return bool(points)

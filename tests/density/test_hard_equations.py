@@ -12,6 +12,7 @@ from harvester.density.box import settled
 from harvester.density.mesh import RESOLUTIONS, mesh
 from harvester.density.refine import refined, solution
 from harvester.equations.coefficients import Equations
+from harvester.errors import SimulationError
 from tests.support.systems import PAPER, changed, scene
 
 
@@ -75,3 +76,14 @@ def test_two_keys_of_the_largest_power_are_those_of_a_grid():
     grid = [at(best[0] * k, min(max(best[1] + h, 0.05), 1.0)) for k, h in around]
     assert max(grid) <= power.value * (1.0 + 1e-4) + power.known_error95
     assert not [one for one in found.diagnostics if one.code == "search_cut_short"]
+
+
+def test_a_preload_with_strong_parametric_noise_has_no_box():
+    """Once a division by zero: on the coarse mesh the warmth vanished, and with it the box."""
+    table = {"c1": -0.0041298, "D11": 0.018061, "beta": 0.020124, "mu": 0.020733}
+    table |= {"alpha": 1.2529, "D22": 0.018615, "restitution": 0.61458, "gap": -0.15867}
+    preloaded = hv.Scene(nondimensional=hv.Nondimensional(**table))
+    with pytest.raises(
+        SimulationError, match=r"no box contains the density: use engine 'ensemble'"
+    ):
+        hv.Density(within=0.01).run(preloaded)

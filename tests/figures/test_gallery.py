@@ -296,6 +296,24 @@ def test_the_picture_of_a_cost_has_six_names_at_their_marks():
 
 @pytest.mark.thorough("test_every_axis_has_a_quantity_and_a_unit")
 @pytest.mark.slow
+def test_the_picture_of_a_cost_has_measured_and_predicted_seconds():
+    """Sampling is prolonged by the square of the errors' ratio, if not far beyond all measured."""
+    rows = (
+        CostRow("ensemble", seconds=0.1, sampling_error=0.2, total_error=0.2),
+        CostRow("ensemble", seconds=0.5, sampling_error=0.1, total_error=0.1),
+        CostRow("averaged", seconds=0.004, total_error=0.05),
+    )
+    figure = Cost(rows, "ensemble", Value(8e-6), {}).plot(DEVICE)
+    lines = {line.get_gid(): line.get_xydata() for line in figure.axes[0].lines if line.get_gid()}
+    assert [*lines] == ["predicted ensemble"]
+    np.testing.assert_allclose(
+        lines["predicted ensemble"], [[0.4, 10.0], [4.44, 3.0], [40.0, 1.0]], rtol=2e-3
+    )
+    assert any("Dotted" in one.get_text() for one, _ in texts(figure))
+
+
+@pytest.mark.thorough("test_every_axis_has_a_quantity_and_a_unit")
+@pytest.mark.slow
 def test_the_errors_of_paths_have_one_scale():
     titles = [axes.get_title() for axes in PICTURES["compare"]().axes if axes.get_title()]
     assert all(title.count("%") == 2 for title in titles) and len(titles) == 2

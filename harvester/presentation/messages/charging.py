@@ -31,5 +31,9 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "target_not_reached": _not_reached,
     "record_repeats": "the recording lasts {period:.4g}{unit} and was repeated to fill the run: for a single shock, set `duration` shorter than the recording",
     "few_records": "the runs use {records} independent noise records, {together} runs on each, too few for reliable 5 and 95 % quantiles: increase `trajectories`",
+    "runs_in_budget": "{runs} of {requested} runs fitted into the `budget` of {budget!t}: give a "
+    "longer one for a smaller error",
+    "watched_in_budget": "the `budget` of {budget!t} ended before the runs had reached the target: "
+    "give a longer one",
     "few_runs": "the 5 and 95 % quantiles of {runs} runs are near the first and the last: increase `trajectories`",
 }

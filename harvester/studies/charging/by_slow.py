@@ -82,14 +82,15 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
 
     problem = runs.problem
     begin = time.perf_counter()
+    deadline = None if math.isinf(runs.budget) else begin + runs.budget
     with compilation():
         _check_draw(problem, float(runs.levels[-1]), runs.h)
         if not is_plain_store(problem.load_circuit):
-            fields = _behind_a_rectifier(runs)
+            fields = _behind_a_rectifier(runs, deadline)
         elif problem.equations.is_steady:
-            fields = _steady(runs)
+            fields = _steady(runs, deadline)
         else:
-            fields = _random(runs)
+            fields = _random(runs, deadline)
     _check_times(fields)
     runs.tell(1.0)
     fields["seconds"] = time.perf_counter() - begin
@@ -177,7 +178,7 @@ def _check_times(fields: dict[str, Any]) -> None:
         )
 
 
-def _steady(runs: ChargeRuns) -> dict[str, Any]:
+def _steady(runs: ChargeRuns, deadline: float | None) -> dict[str, Any]:
     """One run under a harmonic excitation."""
     from harvester.storage.slow_circuit import direct_check
 
@@ -192,7 +193,7 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
     farads, ohm = circuit.smoothing, both.resistance
     volts, curve = reached(table, top, farads, ohm)
     check = direct_check(problem, both, volts, curve, duration, runs.h)
-    judge, unknown = error_of_circuit(problem, float(volts[-1]))
+    judge, unknown = error_of_circuit(problem, float(volts[-1]), deadline=deadline)
 
     def at(current: RectifiedCurrent) -> Floats:
         times_at = times_to(levels, current, farads, ohm) + check.late
@@ -216,7 +217,7 @@ def _steady(runs: ChargeRuns) -> dict[str, Any]:
     }
 
 
-def _random(runs: ChargeRuns) -> dict[str, Any]:
+def _random(runs: ChargeRuns, deadline: float | None) -> dict[str, Any]:
     """Many runs under noise."""
     from harvester.circuits.idealised import ideal_circuit
     from harvester.cosimulation.charging import first_passages
@@ -259,7 +260,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     elements, separation, more = noise_check(
         problem, table, reached(table, top, farads, ohm), free, runs.seed
     )
-    judge, unknown = error_of_circuit(problem, top, runs.seed)
+    judge, unknown = error_of_circuit(problem, top, runs.seed, deadline=deadline)
     sampling = error_of_times(levels, table, farads, ohm)
     if not np.isfinite(sampling).all():
         unknown = " and ".join(filter(None, (unknown, MEASURED_CURRENT)))
@@ -286,7 +287,7 @@ def _random(runs: ChargeRuns) -> dict[str, Any]:
     }
 
 
-def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
+def _behind_a_rectifier(runs: ChargeRuns, deadline: float | None) -> dict[str, Any]:
     """One run of a chip under a harmonic excitation."""
     from harvester.cosimulation.charging import first_passages
     from harvester.storage.checked_mean import FINER
@@ -318,7 +319,7 @@ def _behind_a_rectifier(runs: ChargeRuns) -> dict[str, Any]:
     parts_after = [afterwards(path.t, path.store, float(levels[-1])) for path in paths[:2]]
     at = np.linspace(0.0, runs.duration, SAMPLES)
     separation = abs(check.late) + check.error
-    judge, unknown = error_of_circuit(problem, float(paths[0].rails.max()))
+    judge, unknown = error_of_circuit(problem, float(paths[0].rails.max()), deadline=deadline)
     alone = note("slow_charge_of_chip", direct=check.seconds, change=check.late)
     return {
         "times": times[None],

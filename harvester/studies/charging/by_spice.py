@@ -1,5 +1,6 @@
 """Charges in ngspice: each run its own process, from rest and empty."""
 
+import contextlib
 import math
 import time
 from dataclasses import replace
@@ -8,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from harvester.engines.protocol import Progress
+from harvester.errors import OutOfTimeError, SimulationError
+from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.presentation.messages.unknown_parts import SHUNT
 from harvester.studies.charging.afterwards import Afterwards, afterwards
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
@@ -24,6 +27,8 @@ PILOTED = 10.0
 # nondimensional time of the first runs, and how much longer the next ones are
 FIRST = 120.0 * math.pi
 LONGER = 4.0
+FEWEST = 2  # runs that have a spread
+SHORTER = 0.01  # of a duration: by more than whole steps
 
 
 def charge_in_ngspice(runs: ChargeRuns) -> Passages:
@@ -31,40 +36,69 @@ def charge_in_ngspice(runs: ChargeRuns) -> Passages:
 
     Unless they are to do the whole of their duration, shorter ones come first, and the first that
     all reach the last level are kept.  Those that do the whole of it also state how long they stay
-    above.
+    above.  In a budget the answer is that of the longest runs of which enough end in time.
 
-    Raises as `harvester.cosimulation.runs.measure_in_workers`.
+    Raises as `harvester.cosimulation.runs.measure_in_workers`; SimulationError if the budget ends
+    before the first runs do.
     """
     from harvester.cosimulation.runs import warm_up_workers
     from harvester.mechanics.kernels.step_size import step_from_rest
 
     problem, whole = runs.problem, runs.whole
     end = runs.duration * problem.scales.frequency
+    deadline = math.inf
 
     def at_step(step: float, shunt: float = 0.0) -> Passages:
+        nonlocal deadline
         device = replace(_device(runs, step), shunt=shunt)
         warm_up_workers(device)
-        begin = time.perf_counter()
+        begin = time.monotonic()
+        deadline = min(deadline, begin + runs.budget)  # of all steps
         steps = 0
         past = 0.0
         lengths = lengths_of_runs(end, whole)
+        passages: Passages | None = None
         runs.tell(0.0)
         for length in lengths:
-            progress = _part(runs, past / sum(lengths), length / sum(lengths))
-            passages = _runs(
-                device, replace(runs, whole=whole and length == end, progress=progress), length
+            request = replace(
+                runs,
+                whole=whole and length == end,
+                progress=_part(runs, past / sum(lengths), length / sum(lengths)),
             )
+            longer = _runs(device, request, length, deadline)
+            if longer is None:
+                break
+            passages = longer
             steps = steps + passages.steps
             past = past + length
             if passages.reached == 1.0 and not whole:
                 break
+        if passages is None:
+            raise SimulationError(
+                f"no charge in a `budget` of {runs.budget:.3g} s, in which no run of ngspice "
+                "ended: give a longer one"
+            )
         unknown = SHUNT if shunt else passages.unknown
-        return replace(passages, steps=steps, seconds=time.perf_counter() - begin, unknown=unknown)
+        seconds = time.monotonic() - begin
+        notes = (*passages.notes, *_cut(runs, passages))
+        return replace(passages, steps=steps, seconds=seconds, unknown=unknown, notes=notes)
 
     if runs.h is not None:
         return at_step(runs.h)
     passages, _, notes = at_smaller_steps(problem, step_from_rest(problem.equations), at_step)
-    return replace(passages, notes=notes)
+    return replace(passages, notes=(*notes, *passages.notes))
+
+
+def _cut(runs: ChargeRuns, passages: Passages) -> list[Diagnostic]:
+    """Warnings of runs that are fewer or shorter than asked for."""
+    count = len(passages.times)
+    cut = list[Diagnostic]()
+    if count < runs.count:
+        cut.append(warning("runs_in_budget", runs=count, requested=runs.count, budget=runs.budget))
+    unfinished = runs.whole or passages.reached < 1.0
+    if unfinished and passages.end < runs.duration * (1.0 - SHORTER):
+        cut.append(warning("watched_in_budget", budget=runs.budget))
+    return cut
 
 
 def lengths_of_runs(end: float, whole: bool) -> list[float]:
@@ -103,8 +137,10 @@ def _device(runs: ChargeRuns, h: float) -> "CoupledDevice":
     )
 
 
-def _runs(device: "CoupledDevice", runs: ChargeRuns, length: float) -> Passages:
-    """Runs of a nondimensional ``length``."""
+def _runs(
+    device: "CoupledDevice", runs: ChargeRuns, length: float, deadline: float
+) -> Passages | None:
+    """Runs of a nondimensional ``length`` that end before the deadline; None if too few do."""
     from harvester.cosimulation.charging import charges_in_workers
     from harvester.mechanics.kernels.noise import child
 
@@ -119,20 +155,23 @@ def _runs(device: "CoupledDevice", runs: ChargeRuns, length: float) -> Passages:
     seeds = [child(root, k) for k in range(runs.count)]
     pairs: list[tuple[ChargeRun, ChargeRun]] = []
     after: tuple[list[Afterwards], list[Afterwards]] = [], []
-    for pair in charges_in_workers(
-        device,
-        seeds,
-        n_steps=n_steps,
-        levels=levels,
-        times=at,
-        anywhere=runs.anywhere,
-        deadline=math.inf,
-    ):
-        for runs_after, run in zip(after, pair, strict=True):
-            runs_after.append(afterwards(at, run.curve, float(levels[-1])))
-        fine, coarser = (replace(run, curve=run.curve[::finer].copy()) for run in pair)
-        pairs.append((fine, coarser))
-        runs.tell(len(pairs) / runs.count)
+    with contextlib.suppress(OutOfTimeError):
+        for pair in charges_in_workers(
+            device,
+            seeds,
+            n_steps=n_steps,
+            levels=levels,
+            times=at,
+            anywhere=runs.anywhere,
+            deadline=deadline,
+        ):
+            for runs_after, run in zip(after, pair, strict=True):
+                runs_after.append(afterwards(at, run.curve, float(levels[-1])))
+            fine, coarser = (replace(run, curve=run.curve[::finer].copy()) for run in pair)
+            pairs.append((fine, coarser))
+            runs.tell(len(pairs) / runs.count)
+    if len(pairs) < min(FEWEST, runs.count):
+        return None
     times, coarse = (np.array([pair[k].passages for pair in pairs]) for k in (0, 1))
     times[times > end], coarse[coarse > end] = math.inf, math.inf
     steps = sum(run.steps for pair in pairs for run in pair)

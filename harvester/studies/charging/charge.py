@@ -30,6 +30,7 @@ from harvester.studies.charging.request import (
     check_anywhere,
     choose_engine,
     count_of_runs,
+    read_runs,
     read_step,
     read_target,
     time_watched,
@@ -39,6 +40,7 @@ from harvester.studies.output_folder import OutputFolder, provenance
 
 # times the time that a slow charge takes: how long a direct one is watched if it is not slow
 LONGER = 2.0
+LEAST = 0.5  # of a budget, that a direct charge has at least after a slow one
 
 
 @names_arguments
@@ -48,7 +50,7 @@ def charge(
     probe: str = STORE,
     engine: str | None = None,
     duration: str | float | None = None,
-    trajectories: int | None = None,
+    trajectories: int | str | None = None,
     seed: int = 0,
     dt: str | float | None = None,
     anywhere: bool = False,
@@ -76,8 +78,10 @@ def charge(
         how long a run is watched, in seconds or as a text (nondimensional scene: 1/w0); None: until
         all have arrived, but at most five time constants of storage and load.  With it, "spice"
         also states for how much of the time the probe is at or above ``to`` once it has been there.
-    trajectories : int, optional
-        the number of runs; None: chosen by the engine.
+    trajectories : int or str, optional
+        the number of runs; None: chosen by the engine.  Also the time of all runs, such as "30s",
+        compilation not included: the engine's number, or as many and as long ones as fit into it;
+        "slow" bounds its comparison with ngspice.
     seed : int, default 0
         the same seed, the same noise.
     dt : float or str, optional
@@ -119,6 +123,7 @@ def charge(
     """
     execution.only("charge", "out", "formats")
     problem = Problem.of(scene)
+    given, budget = read_runs(trajectories)
     folder = OutputFolder.of(execution)
     if problem.circuit is None:
         raise InputError(
@@ -134,7 +139,7 @@ def charge(
     unit = problem.units.frequency
     target = read_target(to, seen, problem)
     steady = problem.equations.is_steady and not anywhere
-    count = count_of_runs(trajectories, name, steady)
+    count = count_of_runs(given, name, steady)
     check_anywhere(anywhere, problem)
     if notice is not None and ENGINES[name].runs_ngspice and reason and count > 1:
         notice(str(note("many_ngspice_runs", why=str(reason), runs=count)))
@@ -155,14 +160,17 @@ def charge(
             anywhere=anywhere,
             whole=duration is not None,
             progress=report,
+            budget=budget,
         )
         passages = _passages(name, runs)
         if engine is None and has(passages.notes, "charge_not_slow"):
             reason = dataclasses.replace(passages.notes[-1], severity="note")
             name = choose_engine(problem, seen, None, slowly=False)[0]
-            again = count_of_runs(trajectories, name, steady)
+            again = count_of_runs(given, name, steady)
             direct = min(real, LONGER * passages.at[-1])
-            passages = _passages(name, dataclasses.replace(runs, count=again, duration=direct))
+            left = max(runs.budget - passages.seconds, LEAST * runs.budget)
+            again_runs = dataclasses.replace(runs, count=again, duration=direct, budget=left)
+            passages = _passages(name, again_runs)
     charging = _answer(
         problem,
         passages,

@@ -26,7 +26,8 @@ class ChargeRuns:
     ``duration`` (s) is how long they are watched at most, and ``h`` their step (1/w0); None: that
     of the scene. ``probe`` is the watched quantity; None: the storage capacitor.  Each begins at
     the beginning of the excitation, or ``anywhere``; with ``whole`` it continues to the end, else
-    until all have reached the last level.
+    until all have reached the last level.  With a ``budget`` (s, without compilation) there are as
+    many runs, and as long ones, as fit into it.
     """
 
     problem: Problem
@@ -39,6 +40,7 @@ class ChargeRuns:
     anywhere: bool = False
     whole: bool = False
     progress: Progress | None = None
+    budget: float = math.inf
 
     def tell(self, fraction: float) -> None:
         """Tell the progress, if there is one, the fraction done."""

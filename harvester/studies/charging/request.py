@@ -3,6 +3,7 @@
 import math
 
 from harvester.engines import Compiled, Ideal, Slow, Spice
+from harvester.engines.options import Request, number
 from harvester.engines.protocol import served
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, refused, unknown
@@ -71,6 +72,13 @@ def read_target(to: str | float, probe: Probe, problem: Problem) -> float:
         return with_prefix(to.strip(), kind) if isinstance(to, str) else kind.read(to)
     except ValueError as error:
         raise refused("`to`", error, to) from None
+
+
+def read_runs(trajectories: int | str | None) -> tuple[int | None, float]:
+    """The number of runs (None: that of the engine), and the time (s) of all (infinite: any)."""
+    if not isinstance(trajectories, str):
+        return trajectories, math.inf
+    return None, number(Request(budget=trajectories).budget) or math.inf
 
 
 def count_of_runs(trajectories: int | None, engine: str, steady: bool) -> int:

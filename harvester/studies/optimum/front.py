@@ -20,7 +20,7 @@ from harvester.studies.optimum.optimum_result import CUT_SHORT
 from harvester.studies.optimum.pareto_front import FrontPoint, ParetoFront, remarks
 from harvester.studies.optimum.ranges import spread
 from harvester.studies.optimum.search import Search, SearchRequest
-from harvester.studies.optimum.under_limits import robust_of, with_counted_peaks
+from harvester.studies.optimum.under_limits import followed, robust_of, with_counted_peaks
 from harvester.studies.tolerance.device_limits import Limit
 
 SCANNED = 96  # places that are looked at for the best value of the second objective
@@ -101,6 +101,7 @@ class _Search:
         """The design of most power that keeps limits (None: those of the request)."""
         part = PartOfProgress(self.progress, self.done / self.parts, 1.0 / self.parts)
         request = self.request
+        begin = time.perf_counter()
         if limits is not None:
             request = dataclasses.replace(
                 request, engine=dataclasses.replace(robust_of(request), limits=limits)
@@ -108,17 +109,25 @@ class _Search:
         optimum = Search.begin(request, part).finish()
         self.done += 1
         self.warnings += [word for word in optimum.warnings if word.code in CUT_SHORT]
-        return self._design({key.range.key: key.value for key in optimum.keys})
+        left = request.budget - (time.perf_counter() - begin)
+        return self._design({key.range.key: key.value for key in optimum.keys}, left)
 
-    def _design(self, keys: dict[str, float]) -> FrontPoint:
-        """The design at values of the keys."""
-        outcome = robust_of(self.request).outcome(self.request.scene.varied(keys))[1]
+    def _design(self, keys: dict[str, float], seconds: float) -> FrontPoint:
+        """The design at values of the keys, by devices one by one if their polynomial is off."""
+        robust = robust_of(self.request)
+        scene = self.request.scene.varied(keys)
+        searched = robust.outcome(scene)[1]
+        budget = self.request.budget * self.parts
+        outcome, warnings = followed(robust, scene, searched, seconds, budget)
+        codes = {word.code for word in self.warnings}  # those of the first point stand for all
+        self.warnings += [word for word in warnings if word.code not in codes]
         return FrontPoint(keys, outcome.power, outcome.quantities[-1])
 
     def extreme(self, sign: int) -> FrontPoint:
         """The design with the best value of the quantity in the ranges: the best of many places, climbed from."""
         from scipy.optimize import minimize
 
+        begin = time.perf_counter()
         robust = robust_of(self.request)
         scene = self.request.scene
         ranges = self.request.ranges
@@ -145,4 +154,5 @@ class _Search:
         box = [(0.0, 1.0)] * len(ranges)
         options = {"maxfev": 60 * len(ranges), "xatol": 1e-4, "fatol": 0.0}
         climbed = minimize(loss, first, method="Nelder-Mead", bounds=box, options=options)
-        return self._design(values(min(first, climbed.x, key=loss)))
+        best = values(min(first, climbed.x, key=loss))
+        return self._design(best, self.request.budget - (time.perf_counter() - begin))

@@ -164,8 +164,17 @@ class Cost(TableResult):
         """The seconds in which an engine would reach a total error, by its rows with larger ones.
 
         A prediction prolongs a row until sampling has the part its biases leave,
-        seconds (sampling/rest)^2; None if no row's biases leave anything.
+        seconds (sampling/rest)^2; None if no row's biases leave anything.  A smaller error of
+        `SHOWN` that is predicted sooner counts.
         """
+        here = self._prolonged(engine, within)
+        if here is None:
+            return None
+        beyond = [self._prolonged(engine, smaller) for smaller in SHOWN if smaller < within]
+        return min([here, *(seconds for seconds in beyond if seconds is not None)])
+
+    def _prolonged(self, engine: str, within: float) -> float | None:
+        """The seconds of the row with a larger total error that is the soonest prolonged to one."""
         longer = [
             s * (e / (within - total + e)) ** 2
             for s, e, total in self._known(engine)

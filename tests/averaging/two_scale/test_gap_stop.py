@@ -270,7 +270,7 @@ def test_within_two_per_cent_of_the_coupled_equations(changes, rms):
     assert law.bias < 0.06
 
 
-PRELOADED = [({}, f, 0.01) for f in (-0.05, -0.1, -0.4)]
+PRELOADED = [({}, f, 0.0125) for f in (-0.05, -0.1, -0.4)]
 STRONG = [
     ({"beta": 1.0}, 0.05, 0.04),
     ({"beta": 1.0, "mu": 1.0}, 0.05, 0.04),

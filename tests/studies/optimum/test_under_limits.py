@@ -95,6 +95,27 @@ def test_an_answer_across_a_narrow_resonance_is_not_left_wide():
     assert has(best.warnings, "spread_not_followed")
 
 
+@pytest.mark.thorough("test_an_answer_across_a_narrow_resonance_is_not_left_wide")
+@pytest.mark.slow
+def test_a_front_across_a_narrow_resonance_is_not_left_wide():
+    front = hv.optimise(
+        narrow(),
+        vary="load.resistance=10k:1M",
+        spread={"oscillator.mass": "10%"},
+        objective=["5%", "voltage_rms:high"],
+        points=3,
+        budget="400s",
+    )
+    assert len(front.points) == 3
+    for point in front.points:
+        (resistance,) = point.keys.values()
+        true = by_brute_force(narrow().with_load(resistance), 0.05)
+        power = point.mean_power
+        assert abs(power.value - true) < power.known_error95 < 0.015 * true
+    codes = [remark.code for remark in front.diagnostics]
+    assert codes.count("spread_not_followed") == 1
+
+
 @pytest.mark.slow
 def test_a_limit_far_from_its_bound_does_not_bind():
     """The next values of a series are compared by the power of the search, not by that of more devices."""

@@ -198,6 +198,12 @@ def test_needed():
     # 1 (0.04/0.02)^2 from the row with a larger error, beside the 4 s that were measured
     assert told.predicted("a", 0.03) == pytest.approx(4.0)
     assert told.predicted("a", 0.5) is None
+    # a bias of almost 1 %, and a row that is as soon within 0.3 %
+    rough = row("a", 1.0, 0.004, 0.0135), row("a", 0.5, 0.02, 0.021)
+    biased = Cost(rough, "a", Value(1.0), {})
+    assert biased.predicted("a", 0.01) == pytest.approx(0.5 * (0.02 / 0.009) ** 2)
+    soon = Cost((rough[0], row("a", 0.1, 0.004, 0.0045)), "a", Value(1.0), {})
+    assert soon.predicted("a", 0.01) == pytest.approx(0.1 * (0.004 / 0.0025) ** 2)
     cells = {column.name: column.cells for column in told.seconds_needed.columns}
     assert cells["a"][:3] == ["1", "4 ~4", "-"] and cells["b"] == ["-"] * 5
     lines = [line.strip() for line in str(told).splitlines()]
