@@ -216,7 +216,7 @@ def test_a_wrong_call_has_a_status(fmi):
 
 
 def test_a_slope_out_of_range_is_refused():
-    """One of 1e200 m/s^3 was taken, and the state with it was refused then."""
+    """One of 1e200 m/s^3 was accepted, and its state then refused."""
     assert fmu.run(fmu.built(), BARE + WRONG_OF_2) == [0, 2, 2, 0]
 
 

@@ -74,7 +74,7 @@ def scene_of(tmp_path_factory):
     ],
 )
 def test_ledger(scene_of, name):
-    """What the base gives is taken and stored to 1e-4, as with a resistor on the same grid; 1.8e-5 was observed."""
+    """The energy from the base is lost or stored to 1e-4, as with a resistor on the same grid; 1.8e-5 was observed."""
     found = fmu.run(fmu.built(scene_of(name)), END)
     taken = (
         found["load_energy"]

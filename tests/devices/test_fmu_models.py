@@ -218,7 +218,7 @@ print(json.dumps([first, shown(one, *names)]))
 
 
 def test_an_event_ends_no_communication_step_of_a_model(tmp_path):
-    """FMI 3.0 in event mode: the description says so, and the events within a step of 0.1 s are counted."""
+    """FMI 3.0 in event mode: the description names it, and the events within a step of 0.1 s are counted."""
     example = runpy.run_path(str(EXAMPLES / "beam_with_stop.py"))
     given = {"port": example["PIEZO"], "start": example["START"], "load": example["LOAD"]}
     path = exported(tmp_path, example["Beam"](), step="50 us", fmi=3, **given)
