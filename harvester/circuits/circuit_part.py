@@ -183,11 +183,11 @@ def _is_solved(load):
 
 @version_of(load_energy, before=NetlistLoad)
 def _load_energy(m, before, end, t, c):
-    return out_of_piezo(m, end[0])
+    return out_of_piezo(m, end, t, c)
 
 
 @version_of(spent, before=NetlistLoad)
-def _spent(m, before, end, t):
+def _spent(m, before, end, t, c):
     return Spent(0.0, 0.0)  # its own state has the energy in its load
 
 

@@ -215,3 +215,25 @@ print(json.dumps([first, shown(one, *names)]))
     )
     assert first == pytest.approx([3e-6, 9e-6, 2.0, 3.0], rel=1e-9)
     assert soon == pytest.approx(first, rel=1e-3)
+
+
+def test_an_event_ends_no_communication_step_of_a_model(tmp_path):
+    """FMI 3.0 in event mode: the description names it, and the events within a step of 0.1 s are counted."""
+    example = runpy.run_path(str(EXAMPLES / "beam_with_stop.py"))
+    given = {"port": example["PIEZO"], "start": example["START"], "load": example["LOAD"]}
+    path = exported(tmp_path, example["Beam"](), step="50 us", fmi=3, **given)
+    code = """
+slave = opened(3)
+slave.instantiate(eventModeUsed=True, earlyReturnAllowed=True)
+begun(slave, 3)
+slave.enterStepMode()
+event, _, early, last = slave.doStep(0.0, 0.1)
+(count,) = slave.getInt32([number["events"]])
+words = next(v.description for v in described.modelVariables if v.name == "events")
+print(json.dumps([described.coSimulation.mightReturnEarlyFromDoStep, words, event, early, last, count]))
+"""
+    might, words, event, early, last, count = fmu.run(path, code)
+    assert not might
+    assert "an event ends no communication step" in words
+    assert [event, early, last] == [False, False, 0.1]
+    assert count > 2

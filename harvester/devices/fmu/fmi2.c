@@ -26,6 +26,10 @@ typedef struct {
     fmi2ComponentEnvironment environment;
 } fmi2CallbackFunctions;
 
+/* The first line of a function: an instance that is NULL or was freed has a status. */
+#define ALIVE(c) \
+    if (!is_alive(c)) return fmi2Error
+
 static const fmi2Status STATUS[] = {fmi2OK, fmi2Discard, fmi2Error};
 
 static void say(Part *part, const char *words) {
@@ -56,12 +60,14 @@ API fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String gui
 API void fmi2FreeInstance(fmi2Component c) { unmade(c); }
 
 API fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean t, fmi2Real tolerance, fmi2Real start, fmi2Boolean e, fmi2Real stop) {
+    ALIVE(c);
     Data *d = &((Part *)c)->data;
     if (d->phase != CREATED || !isfinite(start)) return fmi2Error;
     d->time = d->origin = start;
     return fmi2OK;
 }
 API fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+    ALIVE(c);
     Data *d = &((Part *)c)->data;
     if (d->phase != CREATED) return fmi2Error;
     d->phase = INITIALISING;
@@ -69,16 +75,24 @@ API fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
     return fmi2OK;
 }
 API fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    ALIVE(c);
     Part *part = c;
     if (part->data.phase != INITIALISING || !begin(part)) return fmi2Error;
     part->data.phase = RUNNING;
     return fmi2OK;
 }
 API fmi2Status fmi2Terminate(fmi2Component c) {
-    ((Part *)c)->data.phase = ENDED;
+    ALIVE(c);
+    Data *d = &((Part *)c)->data;
+    if (d->phase != RUNNING) {
+        complain(c, "the initialisation must be over before the end of the simulation");
+        return fmi2Error;
+    }
+    d->phase = ENDED;
     return fmi2OK;
 }
 API fmi2Status fmi2Reset(fmi2Component c) {
+    ALIVE(c);
     to_start(&((Part *)c)->data);
     return fmi2OK;
 }
@@ -91,6 +105,8 @@ static int is_known(Part *part, fmi2ValueReference r, int type) {
 
 #define GET_AND_SET(NAME, TYPE, KIND)                                                                              \
     API fmi2Status fmi2Get##NAME(fmi2Component c, const fmi2ValueReference r[], size_t n, TYPE x[]) {              \
+        ALIVE(c);                                                                                                  \
+        if (n && (!r || !x)) return fmi2Error;                                                                     \
         for (size_t k = 0; k < n; k++) {                                                                           \
             if (!is_known(c, r[k], KIND)) return fmi2Error;                                                        \
             x[k] = (TYPE)value_of(c, (int)r[k]);                                                                   \
@@ -98,6 +114,8 @@ static int is_known(Part *part, fmi2ValueReference r, int type) {
         return fmi2OK;                                                                                             \
     }                                                                                                              \
     API fmi2Status fmi2Set##NAME(fmi2Component c, const fmi2ValueReference r[], size_t n, const TYPE x[]) {        \
+        ALIVE(c);                                                                                                  \
+        if (n && (!r || !x)) return fmi2Error;                                                                     \
         int worst = FINE;                                                                                          \
         for (size_t k = 0; k < n; k++) {                                                                           \
             if (!is_known(c, r[k], KIND)) return fmi2Error;                                                        \
@@ -120,12 +138,15 @@ NONE_OF(Boolean, fmi2Boolean)
 NONE_OF(String, fmi2String)
 
 API fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    ALIVE(c);
+    if (!state) return fmi2Error;
     if (!*state) *state = malloc(sizeof(Data));
     if (!*state) return fmi2Error;
     memcpy(*state, &((Part *)c)->data, sizeof(Data));
     return fmi2OK;
 }
 API fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+    ALIVE(c);
     if (!is_own(c, state, sizeof(Data))) return fmi2Error;
     restore(c, state);
     return fmi2OK;
@@ -138,16 +159,18 @@ API fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
     return fmi2OK;
 }
 API fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
+    if (!size) return fmi2Error;
     *size = sizeof(Data);
     return fmi2OK;
 }
 API fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    if (!state || size < sizeof(Data)) return fmi2Error;
+    if (!state || !bytes || size < sizeof(Data)) return fmi2Error;
     memcpy(bytes, state, sizeof(Data));
     return fmi2OK;
 }
 API fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    if (!is_own(c, bytes, size)) return fmi2Error;
+    ALIVE(c);
+    if (!state || !is_own(c, bytes, size)) return fmi2Error;
     if (!*state) *state = malloc(sizeof(Data));
     if (!*state) return fmi2Error;
     memcpy(*state, bytes, sizeof(Data));
@@ -160,10 +183,12 @@ API fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueRefe
 }
 API fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n,
                                            const fmi2Integer order[], const fmi2Real x[]) {
+    ALIVE(c);
+    if (n && (!r || !order || !x)) return fmi2Error;
     Data *d = &((Part *)c)->data;
     for (size_t k = 0; k < n; k++) {
         if (r[k] != V_BASE || order[k] != 1) return fmi2Error;
-        if (!isfinite(x[k])) return fmi2Discard;
+        if (!(fabs(x[k]) <= VARIABLE[V_BASE].most)) return fmi2Discard;
         d->slope = x[k];
     }
     return fmi2OK;
@@ -174,6 +199,7 @@ API fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueRefe
 }
 
 API fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_return) {
+    ALIVE(c);
     Part *part = c;
     if (part->data.phase != RUNNING) {
         complain(part, "the initialisation must be over before a step");
@@ -184,13 +210,14 @@ API fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean n
 API fmi2Status fmi2CancelStep(fmi2Component c) { return fmi2Error; }
 API fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *x) { return fmi2Discard; }
 API fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *x) {
-    if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
+    ALIVE(c);
+    if (kind != fmi2LastSuccessfulTime || !x) return fmi2Discard;
     *x = ((Part *)c)->data.time;
     return fmi2OK;
 }
 API fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *x) { return fmi2Discard; }
 API fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *x) {
-    if (kind != fmi2Terminated) return fmi2Discard;
+    if (kind != fmi2Terminated || !x) return fmi2Discard;
     *x = 0;
     return fmi2OK;
 }

@@ -37,6 +37,10 @@ typedef void (*fmi3ClockUpdateCallback)(fmi3InstanceEnvironment);
 typedef void (*fmi3LockPreemptionCallback)(void);
 typedef void (*fmi3UnlockPreemptionCallback)(void);
 
+/* The first line of a function: an instance that is NULL or was freed has a status. */
+#define ALIVE(c) \
+    if (!is_alive(c)) return fmi3Error
+
 static const fmi3Status STATUS[] = {fmi3OK, fmi3Discard, fmi3Error};
 
 static void say(Part *part, const char *words) {
@@ -80,6 +84,7 @@ API fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String t
 API void fmi3FreeInstance(fmi3Instance c) { unmade(c); }
 
 static fmi3Status changed(fmi3Instance c, int from, int to) {
+    ALIVE(c);
     Data *d = &((Part *)c)->data;
     if (d->phase != from) {
         complain(c, "the instance must be in another mode for this call");
@@ -90,6 +95,7 @@ static fmi3Status changed(fmi3Instance c, int from, int to) {
 }
 API fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean t, fmi3Float64 tolerance, fmi3Float64 start,
                                            fmi3Boolean s, fmi3Float64 stop) {
+    ALIVE(c);
     Data *d = &((Part *)c)->data;
     if (!isfinite(start) || changed(c, CREATED, INITIALISING) != fmi3OK) return fmi3Error;
     d->time = d->origin = start;
@@ -97,15 +103,25 @@ API fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean t, fmi3Fl
     return fmi3OK;
 }
 API fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
+    ALIVE(c);
     Part *part = c;
     if (part->data.phase != INITIALISING || !begin(part)) return fmi3Error;
     part->data.phase = part->events ? AT_EVENT : RUNNING;
     return fmi3OK;
 }
-API fmi3Status fmi3EnterEventMode(fmi3Instance c) { return changed(c, RUNNING, AT_EVENT); }
+API fmi3Status fmi3EnterEventMode(fmi3Instance c) {
+    ALIVE(c);
+    if (!((Part *)c)->events) {
+        complain(c, "the instance must be made with event mode for this call");
+        return fmi3Error;
+    }
+    return changed(c, RUNNING, AT_EVENT);
+}
 API fmi3Status fmi3EnterStepMode(fmi3Instance c) { return changed(c, AT_EVENT, RUNNING); }
 API fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals,
                                         fmi3Boolean *values, fmi3Boolean *next, fmi3Float64 *time) {
+    ALIVE(c);
+    if (!again || !terminate || !nominals || !values || !next) return fmi3Error;
     Data *d = &((Part *)c)->data;
     *again = *terminate = *nominals = *next = *values = false;
     if (changed(c, AT_EVENT, AT_EVENT) != fmi3OK) return fmi3Error;
@@ -115,18 +131,25 @@ API fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3
     d->stale = 1;
     return fmi3OK;
 }
-API fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { return fmi3OK; }
+API fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) {
+    ALIVE(c);
+    int phase = ((Part *)c)->data.phase;
+    return phase == INITIALISING || phase == AT_EVENT ? fmi3OK : fmi3Error;
+}
 API fmi3Status fmi3Terminate(fmi3Instance c) {
-    ((Part *)c)->data.phase = ENDED;
-    return fmi3OK;
+    ALIVE(c);
+    return changed(c, ((Part *)c)->data.phase == AT_EVENT ? AT_EVENT : RUNNING, ENDED);
 }
 API fmi3Status fmi3Reset(fmi3Instance c) {
+    ALIVE(c);
     to_start(&((Part *)c)->data);
     return fmi3OK;
 }
 
 API fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_return, fmi3Boolean *event,
                           fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *last) {
+    ALIVE(c);
+    if (!event || !terminate || !early || !last) return fmi3Error;
     Part *part = c;
     *event = *terminate = *early = false;
     if (part->data.phase != RUNNING) {
@@ -147,7 +170,8 @@ static int is_known(Part *part, fmi3ValueReference r, int type) {
 
 #define GET_AND_SET(NAME, TYPE, KIND)                                                                              \
     API fmi3Status fmi3Get##NAME(fmi3Instance c, const fmi3ValueReference r[], size_t n, TYPE x[], size_t m) {     \
-        if (n != m) return fmi3Error;                                                                              \
+        ALIVE(c);                                                                                                  \
+        if (n != m || (n && (!r || !x))) return fmi3Error;                                                         \
         for (size_t k = 0; k < n; k++) {                                                                           \
             if (!is_known(c, r[k], KIND)) return fmi3Error;                                                        \
             x[k] = (TYPE)value_of(c, (int)r[k]);                                                                   \
@@ -157,7 +181,8 @@ static int is_known(Part *part, fmi3ValueReference r, int type) {
     API fmi3Status fmi3Set##NAME(fmi3Instance c, const fmi3ValueReference r[], size_t n, const TYPE x[],           \
                                  size_t m) {                                                                       \
         int worst = FINE;                                                                                          \
-        if (n != m) return fmi3Error;                                                                              \
+        ALIVE(c);                                                                                                  \
+        if (n != m || (n && (!r || !x))) return fmi3Error;                                                         \
         for (size_t k = 0; k < n; k++) {                                                                           \
             if (!is_known(c, r[k], KIND)) return fmi3Error;                                                        \
             int how = set_value(c, (int)r[k], (double)x[k]);                                                       \
@@ -201,12 +226,15 @@ API fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference r[], size_t
 }
 
 API fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
+    ALIVE(c);
+    if (!state) return fmi3Error;
     if (!*state) *state = malloc(sizeof(Data));
     if (!*state) return fmi3Error;
     memcpy(*state, &((Part *)c)->data, sizeof(Data));
     return fmi3OK;
 }
 API fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
+    ALIVE(c);
     if (!is_own(c, state, sizeof(Data))) return fmi3Error;
     restore(c, state);
     return fmi3OK;
@@ -219,16 +247,18 @@ API fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
     return fmi3OK;
 }
 API fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
+    if (!size) return fmi3Error;
     *size = sizeof(Data);
     return fmi3OK;
 }
 API fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-    if (!state || size < sizeof(Data)) return fmi3Error;
+    if (!state || !bytes || size < sizeof(Data)) return fmi3Error;
     memcpy(bytes, state, sizeof(Data));
     return fmi3OK;
 }
 API fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-    if (!is_own(c, bytes, size)) return fmi3Error;
+    ALIVE(c);
+    if (!state || !is_own(c, bytes, size)) return fmi3Error;
     if (!*state) *state = malloc(sizeof(Data));
     if (!*state) return fmi3Error;
     memcpy(*state, bytes, sizeof(Data));

@@ -48,7 +48,8 @@ typedef struct Part {
     void (*say)(struct Part *part, const char *words);
     void *logger;
     char *name;
-    int events, early;
+    int events, early, alive;
+    struct Part *next;
 #if NETLIST
     double room[ROOM_SIZE], aside[NETLIST_SIZE]; /* no part of the state */
 #endif
@@ -291,6 +292,10 @@ static int set_value(Part *part, int k, double x) {
         complain(part, "%s must be set before the end of the initialisation, for it is fixed then", v->name);
         return WRONG;
     }
+    if (d->phase == ENDED) {
+        complain(part, "%s must be set before the end of the simulation", v->name);
+        return WRONG;
+    }
     if (!(x >= v->least && x <= v->most)) {
         complain(part, "%s must be between %g and %g, but is %g", v->name, v->least, v->most, x);
         return REFUSED;
@@ -307,6 +312,10 @@ static int step(Part *part, double t, double h, int stop) {
     Data *d = &part->data;
     if (!(h > 0.0) || !isfinite(h)) {
         complain(part, "the communication step must be above 0 s and finite, but is %g s", h);
+        return FAILED;
+    }
+    if (!isfinite(t) || t + h == t) {
+        complain(part, "the communication point must be a time that a step of %g s changes, but is %g s", h, t);
         return FAILED;
     }
     if (h * FREQUENCY > MOST_STEPS * INNER_STEP) {
@@ -335,21 +344,4 @@ static int step(Part *part, double t, double h, int stop) {
     return answer;
 }
 
-static Part *made(const char *name) {
-    Part *part = calloc(1, sizeof *part);
-    if (!part) return NULL;
-    part->name = malloc(strlen(name ? name : "") + 1);
-    if (!part->name) {
-        free(part);
-        return NULL;
-    }
-    strcpy(part->name, name ? name : "");
-    to_start(&part->data);
-    return part;
-}
-
-static void unmade(Part *part) {
-    if (!part) return;
-    free(part->name);
-    free(part);
-}
+#include "instances.h"

@@ -148,7 +148,8 @@ def written(unit: Unit, target: UnitFile) -> Exported:
     made_of = f"{fmi}{content}{''.join(code.values())}"
     token = "{" + hashlib.sha256(made_of.encode()).hexdigest()[:32] + "}"
     content = header(some, part, token, frequency)
-    model = ModelFacts(name=name, token=token, title=title, step=step)
+    stops = not part.model["MODEL"]
+    model = ModelFacts(name=name, token=token, title=title, step=step, stops=stops)
     inside: dict[str, bytes] = {"modelDescription.xml": description(some, model, fmi).encode()}
     for key in target.platforms:
         platform = PLATFORMS[key]

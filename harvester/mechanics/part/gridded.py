@@ -138,36 +138,41 @@ def _resistor_energy(m, before, end, t, c):
 
 @version_of(load_energy, before=IdealLoad)
 def _circuit_energy(m, before, end, t, c):
-    return out_of_piezo(m, end[0])
+    return out_of_piezo(m, end, t, c)
 
 
 @inlined
-def out_of_piezo(m, s1):
-    """The energy out of the piezo into a circuit in a drift from m to the state s1, over beta.
+def out_of_piezo(m, end, t, c):
+    """The energy out of the piezo into a circuit in a drift of t from m to its ``end``, over beta.
 
     It is the work of the mass against the voltages of the kicks at both ends, less the growth of
-    V^2/2.
+    V^2/2. With white noise and an impact that work has the speeds of both kicks, as the shaking's
+    has: a switch acts in the same drift, so that V has another sign on the way back.
     """
-    return 0.5 * (m.V + s1.V) * ((s1.x - m.x) - (s1.V - m.V))
+    s1, _, did = end
+    work = 0.5 * (m.V + s1.V) * (s1.x - m.x)
+    if c.n1 is not None and did.number > 0.0:
+        work = 0.5 * t * (m.V * m.v + s1.V * s1.v)
+    return work - 0.5 * (s1.V * s1.V - m.V * m.V)
 
 
-def spent(m, before, end, t):
+def spent(m, before, end, t, c):
     """The energies over beta of an ideal circuit in a drift of t: `Spent`; 0 for another load."""
 
 
 @version_of(spent, before=None)
-def _nothing_spent(m, before, end, t):
+def _nothing_spent(m, before, end, t, c):
     return Spent(0.0, 0.0)
 
 
 @version_of(spent, before=IdealLoad)
-def _circuit_spent(m, before, end, t):
+def _circuit_spent(m, before, end, t, c):
     circuit = before.circuit
     U = before.store.U
     U1 = end[1].store.U
     given = circuit.mu * 0.5 * (U * U + U1 * U1) * t
     grown = 0.5 * circuit.kappa * (U1 * U1 - U * U)
-    return Spent(given, out_of_piezo(m, end[0]) - given - grown)
+    return Spent(given, out_of_piezo(m, end, t, c) - given - grown)
 
 
 @inlined
@@ -192,7 +197,7 @@ def flight(m, load, t, a, grid):
         speed=did.speed,
         energy=did.energy,
         impulse=s1.v - m.v,
-        spent=spent(m, load, end, t),
+        spent=spent(m, load, end, t, grid.c),
     )
 
 

@@ -33,7 +33,7 @@ def library(code: dict[str, str], header: str, platform: Platform, fmi: int) -> 
 
     It is kept in the cache.  Raises SimulationError if the compiler fails, with its first line.
     """
-    names = ("part.h", f"fmi{fmi}.c", "objects.py", "contents/build.py")
+    names = ("part.h", "instances.h", f"fmi{fmi}.c", "objects.py", "contents/build.py")
     sources = [(SOURCES / name).read_text() for name in names]
     return kept(
         [code, header, platform.name, *sources],

@@ -50,12 +50,13 @@ TOOL = f"harvester {__version__}"
 
 
 class ModelFacts(NamedTuple):
-    """A model's name, its token, a title, and its inner step (s)."""
+    """A model's name, its token, a title, its inner step (s), and whether an event ends a step."""
 
     name: str
     token: str
     title: str
     step: float
+    stops: bool
 
 
 def description(variables: list[Variable], model: ModelFacts, fmi: int) -> str:
@@ -183,7 +184,7 @@ def _of_3(variables: list[Variable], model: ModelFacts) -> Xml.Element:
         canHandleVariableCommunicationStepSize="true",
         canReturnEarlyAfterIntermediateUpdate="false",
         hasEventMode="true",
-        mightReturnEarlyFromDoStep="true",
+        mightReturnEarlyFromDoStep=str(model.stops).lower(),
     )
     _units(root, variables)
     categories = Xml.SubElement(root, "LogCategories")

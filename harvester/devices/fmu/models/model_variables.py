@@ -18,7 +18,7 @@ OUTPUTS = (
     ("voltage", "V", "voltage at the terminals"),
     ("load_current", "A", "current through the load resistance"),
     ("power", "W", "power in the load resistance"),
-    ("events", "1", "number of events so far"),
+    ("events", "1", "number of events so far; an event ends no communication step"),
     ("event_time", "s", "time of the last event"),
     ("port_work", "J", "work of the model against the reaction of the port so far"),
     ("load_energy", "J", "energy out of the port through its load so far"),
