@@ -200,7 +200,7 @@ def _width(rows: Sequence[Sequence[str]], data: Sequence[bool]) -> int:
 
 
 def _first(rows: Sequence[Sequence[str]], data: Sequence[bool]) -> int:
-    """The first row of data, of the common width if names stand below shorter ones."""
+    """The first row of data, of the common width if names follow shorter ones."""
     count = _width(rows, data)
     first = data.index(True)
     wide = next(k for k, row in enumerate(rows) if data[k] and len(row) == count)

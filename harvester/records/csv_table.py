@@ -250,7 +250,7 @@ def _table(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable
 
 
 def refuse_summary(table: CsvTable, key: str) -> None:
-    """Refuse lines of a summary below the rows, where nothing reports that they are left out."""
+    """Refuse lines of a summary below the rows, for readers that do not report them."""
     for line in table.notes:
         if line.code == "lines_below":
             first = shown(line.numbers["first"])

@@ -12,7 +12,7 @@ AXES = ("x", "y", "z")
 _TIMES = frozenset(
     ("time", "t", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec")
 )
-_STAMPS = frozenset(("timestamp", "timestamps", "datetime"))  # times, wherever they stand in a name
+_STAMPS = frozenset(("timestamp", "timestamps", "datetime"))  # times, at any place in a name
 _TIMES |= {"zeit", "uhrzeit", "temps", "tijd", "tiempo", "tempo", "relative", "epoch", "clock"}
 _TIMES |= {"millis", "micros", "milliseconds", "microseconds", "msec", "usec", "nsec", "uptime"}
 _COUNTERS = frozenset(("sample", "samples", "index", "idx", "count", "counter", "n", "nr", "no"))

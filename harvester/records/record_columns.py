@@ -33,8 +33,7 @@ MOST_WORDS = 8  # different words of such a column
 def named(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
     """The table; without names its columns are a time, then one acceleration or x, y and z.
 
-    A column that counts the samples may precede the times, or stand in their place if the rate is
-    stated.
+    A column that counts the samples may precede the times, or replace them if the rate is stated.
     """
     if any(column.head for column in table.columns) or len(table.columns) < 2:
         return table
