@@ -33,8 +33,9 @@ from harvester.identification.measurement import (
 from harvester.machine import files
 from harvester.quantities.kinds import FREQUENCY, RESISTANCE, Kind, with_prefix
 from harvester.quantities.units import LARGEST, SMALLEST
-from harvester.records.csv_table import MOST_BYTES, CsvColumn, CsvTable, decoded, read_table
+from harvester.records.csv_table import MOST_BYTES, CsvColumn, CsvTable, read_table, refuse_summary
 from harvester.records.named_columns import is_frequency, is_time
+from harvester.records.plain_text import decoded
 from harvester.records.record_clock import times
 
 FEWEST = 12  # points of a measurement
@@ -118,7 +119,8 @@ def read_file(name: str) -> list[Measurement]:
 
 
 def _refuse_texts(table: CsvTable, key: str) -> None:
-    """Refuse a cell that is not a number."""
+    """Refuse a cell that is not a number, and lines of a summary below the rows."""
+    refuse_summary(table, key)
     if table.bad:
         row, position, text = table.bad[0]
         head = next((column.name for column in table.columns if column.index == position), "")

@@ -35,6 +35,7 @@ _WRITTEN = re.compile(r"(.*?)[\s_]*(rms|p-p|pp|peak|pk)?", re.IGNORECASE)
 QS = 2.0, 1e5
 MASSES = 1e-9, 1e4
 COUPLED = 1e-8, 10.0  # theta^2/(K Cp)
+_SOUGHT = {"coupling": (COUPLED, "theta^2/(K Cp)"), "q": (QS, "Q"), "mass": (MASSES, "in kg")}
 SOUGHT, FEW = 400, 60
 # of the base, at each of so many zooms on the largest; the lowest over that of the resonance
 FREQUENCIES, ZOOMS = 241, 5
@@ -241,7 +242,10 @@ def _count(read: "list[DataSheetPoint]", sought: "list[str]") -> str:
 
 def _impossible(point: DataSheetPoint, name: str) -> str:
     """The line on a point that no device has."""
+    sought, quantity = _SOUGHT[name]
+    low, high = sought
     return (
-        f"`{point.name}` must be possible for a device with these values, but no `{name}` gives "
-        f"{point.written!r}: check peak or RMS, the acceleration and the capacitance"
+        f"`{point.name}` must be possible for a device with these values, but no `{name}` "
+        f"({quantity} from {low:g} to {high:g}) gives {point.written!r}: "
+        "check peak or RMS, the acceleration and the capacitance"
     )

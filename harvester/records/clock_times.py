@@ -122,7 +122,10 @@ def _ordinals(dates: Sequence[str], month_first: bool) -> dict[str, float] | Non
     """The numbers of the days of dates; None if one is not in the calendar."""
     numbers = {}
     for date in dates:
-        first, second, third = re.split(r"[-/.]", date)
+        parts = re.split(r"[-/.]", date)
+        if len(parts) != 3:
+            return None
+        first, second, third = parts
         if len(first) == 4:
             year = first
             month = second

@@ -1,7 +1,9 @@
 """The cells of rows with missing numbers, words, or dates and times in several columns."""
 
+import itertools
 import math
 import re
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,9 +55,28 @@ def rows_of(form: Layout, text: str) -> tuple[list[str], list[Diagnostic]]:
         else:
             lines.append(line)
     notes = [note("header_again", times=again)] if again else []
+    below = _below(form, lines)
+    if below:
+        del lines[-len(below) :]
+        notes.append(note("lines_below", lines=len(below), first=below[0][:40]))
     if others:
         notes.append(note("lines_without_numbers", lines=len(others), first=others[0][:40]))
     return lines, notes
+
+
+def _below(form: Layout, lines: Sequence[str]) -> list[str]:
+    """The lines below the last row of data that begin with a word, as `Mean,0.01` of a summary."""
+    if 0 in form.words:
+        return []
+    return [
+        *itertools.takewhile(
+            lambda line: (
+                line[:1].isalpha()
+                and not is_data(cells(line, form.delimiter), form.decimal, form.words)
+            ),
+            reversed(lines),
+        )
+    ][::-1]
 
 
 def _is_remark_alone(form: Layout, line: str) -> bool:
@@ -183,6 +204,13 @@ def _fraction(form: Layout, texts: list[Any]) -> tuple[tuple[int, ...], Floats |
     return (), None
 
 
-def refuse_ragged(path: object, argument: str, why: str) -> InputError:
-    """The error of a row with more cells than there are columns."""
-    return InputError(f"{argument} must be a table, but {shown(str(path))} is not: {why}")
+def refuse_ragged(form: Layout, lines: Sequence[str], path: object, argument: str) -> InputError:
+    """The error of a row with more cells than there are columns, or with an open quotation mark."""
+    counts = (len(cells(line, form.delimiter)) for line in lines)
+    wide = next(((row, n) for row, n in enumerate(counts, 1) if n > form.raw_cells), None)
+    must = f"{argument} must be a table of {form.raw_cells} columns, but {shown(str(path))}"
+    if wide is None:
+        return InputError(f"{must} has a quotation mark that is not closed: delete it")
+    row, count = wide
+    line = shown(lines[row - 1])
+    return InputError(f"{must} has {count} cells in row {row}, {line}: correct or delete the row")

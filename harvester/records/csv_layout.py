@@ -29,11 +29,14 @@ MISSING = frozenset(
 )
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _SEMICOLON_REMARK = re.compile(
-    r"\s*;+\s+[A-Za-z][^;]*"
+    r"\s*;+(?:\s+[A-Za-z][^;]*|[A-Za-z][^;]*,[^;]*)"
 )  # a comment, where semicolons do not separate columns
 _LABEL = re.compile(
     r"(?<![\w.:])([A-Za-z][A-Za-z_]{0,15}\s*[:=]|[ag]?[xyztXYZT](?=[-+.\d]))\s*(?=[-+.\d])"
 )
+_LISTS = frozenset(("header", "headers", "columns", "fields", "channels"))  # before names
+_KINDS = frozenset(("", "smp", "avg", "max", "min", "std", "tot", "smm", "med"))  # of values (TOA5)
+_SECTION = re.compile(r"\s*\*[A-Za-z_]+[\s;,]*")  # *UNIT, as MSR loggers write it
 _SEPARATOR = re.compile(r"[-=_+|\s]+")
 _WHOLE = re.compile(r"[+-]?\d+")
 _DECIMAL = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
@@ -98,7 +101,7 @@ def layout(text: str) -> Layout | None:
     rows = [cells(line, delimiter) for line in looked]
     words = _word_columns(rows, decimal)
     data = [is_data(row, decimal, words) for row in rows]
-    first = data.index(True)
+    first = _first(rows, data)
     header = _header(plain[:first], remarks, delimiter, _width(rows, data))
     every = (*remarks, *header.above)
     width = _width([[cell for cell in row if cell] for row in rows], data)
@@ -130,7 +133,7 @@ def _named(
         names = (*labels, *[""] * count)[:count]
     kept = max(count - len(joined), len(names))
     blank = [""] * kept
-    nameless = any(any(row[len(names) :]) for row in rows)
+    nameless = count > len(names) and any(any(row[len(names) :]) for row in rows)
     return replace(
         form,
         heads=tuple(map(escaped, (*names, *blank)[:kept])),
@@ -196,6 +199,14 @@ def _width(rows: Sequence[Sequence[str]], data: Sequence[bool]) -> int:
     return max(counts, key=lambda n: (counts[n], n)) if counts else 0
 
 
+def _first(rows: Sequence[Sequence[str]], data: Sequence[bool]) -> int:
+    """The first row of data, of the common width if names follow shorter ones."""
+    count = _width(rows, data)
+    first = data.index(True)
+    wide = next(k for k, row in enumerate(rows) if data[k] and len(row) == count)
+    return wide if not all(data[first:wide]) else first
+
+
 def _word_columns(rows: Sequence[Sequence[str]], decimal: str) -> frozenset[int]:
     """The columns of words in the commonest form of a row with a number; most files have none."""
     forms = Counter(
@@ -255,7 +266,7 @@ def as_number(cell: str, decimal: str) -> str:
 
 def _header(lines: Sequence[str], remarks: Sequence[str], delimiter: str, count: int) -> _Header:
     """The names and units of the columns, of the lines just above the data or, as NumPy writes them, of a comment."""
-    above = [line for line in lines if not _SEPARATOR.fullmatch(line)]
+    above = _without_limits(lines, delimiter)
     rows = [cells(line, delimiter) for line in above]
     blank = ("",) * count
     if rows and _may_name(rows[-1], count, delimiter):
@@ -264,11 +275,30 @@ def _header(lines: Sequence[str], remarks: Sequence[str], delimiter: str, count:
         if len(rows) > 1 and len(rows[-2]) == len(last) and all(map(_is_unit_cell, last)):
             return _Header(tuple(rows[-2]), units, tuple(above[:-2]), tuple(above[-2:]))
         return _Header(last, blank, tuple(above[:-1]), tuple(above[-1:]))
-    commented = [cells(line.lstrip("#%/!; "), delimiter) for line in remarks]
-    header = next(
-        (tuple(row) for row in reversed(commented) if len(row) == count and count > 1), None
-    )
+    listed = [_listed(line, delimiter, count) for line in remarks]
+    header = next((tuple(row) for row in reversed(listed) if len(row) == count and count > 1), None)
     return _Header(header or blank, blank, tuple(above), ())
+
+
+def _without_limits(lines: Sequence[str], delimiter: str) -> list[str]:
+    """The lines above the data without separators, and without limits below the names."""
+    above = [line for line in lines if not (_SEPARATOR.fullmatch(line) or _SECTION.fullmatch(line))]
+    while len(above) > 1 and _names_nothing(cells(above[-1], delimiter)):
+        above.pop()
+    return above
+
+
+def _listed(line: str, delimiter: str, count: int) -> list[str]:
+    """The cells of a comment, without a word such as Headers before as many names as columns."""
+    row = cells(line.lstrip("#%/!; "), delimiter)
+    return row[1:] if len(row) > count and row[0].lower() in _LISTS else row
+
+
+def _names_nothing(row: Sequence[str]) -> bool:
+    """Whether a row below the names has neither names nor units, but limits or kinds of values."""
+    words = [cell for cell in row if cell]
+    kinds = all(cell.lower() in _KINDS for cell in words)
+    return kinds or (not row[0] and all(_is_number(cell, ".") for cell in words))
 
 
 def _may_name(row: Sequence[str], count: int, delimiter: str) -> bool:
@@ -277,6 +307,8 @@ def _may_name(row: Sequence[str], count: int, delimiter: str) -> bool:
     With a decimal comma and commas between columns a row has up to twice as many cells.
     """
     if any(_DECIMAL.fullmatch(cell) for cell in row):  # a line of an oscilloscope's settings
+        return False
+    if delimiter == " " and any(cell.endswith(":") for cell in row):  # a setting and its value
         return False
     if len(row) == count:
         return True
@@ -307,7 +339,7 @@ def _is_unit_cell(cell: str) -> bool:
     if len(bare) > LONGEST_NUMBER:
         return False
     known = is_unit(bare) or ACCELERATION_PSD.scale(bare)[0] is not None
-    return bare in ("", "-", "1") or known or bool(re.fullmatch(r"[munµ]?[gG]", bare))
+    return bare in ("", "-", "1", "TS", "RN") or known or bool(re.fullmatch(r"[munµ]?[gG]", bare))
 
 
 def _without_brackets(cell: str) -> str:

@@ -23,6 +23,7 @@ from harvester.quantities.kinds import Kind
 from harvester.quantities.units import LARGEST, prefix_factor
 from harvester.records.csv_cells import columns_of, refuse_ragged, rows_of
 from harvester.records.csv_layout import Layout, layout, most_cells
+from harvester.records.plain_text import decoded, refuse_forms
 from harvester.records.preamble import NOTHING, Preamble
 
 MOST_BYTES = 64_000_000
@@ -161,6 +162,7 @@ def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTa
 
 def table_of_text(text: str, path: str | Path, argument: str) -> CsvTable:
     """The table of the text of a file; raises as `read_table`."""
+    refuse_forms(text, path, argument)
     if (widest := most_cells(text)) > MOST_COLUMNS:
         raise InputError(
             f"{argument} must have at most {MOST_COLUMNS} columns, but {shown(str(path))} has {widest}"
@@ -183,20 +185,6 @@ def table_of_text(text: str, path: str | Path, argument: str) -> CsvTable:
             f"{rows.beside} rows of numbers next to them: delete the columns of settings"
         )
     return table_of(rows, "\n".join(rows.rows), path, argument)
-
-
-def decoded(data: bytes, path: str | Path, argument: str) -> str:
-    """The text of a file in UTF-8, UTF-16 with its mark, or the letters of Windows."""
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return data.decode("utf-16", errors="replace")
-    if b"\x00" in data:
-        raise InputError(
-            f"{argument} must be a CSV file in UTF-8, but {shown(str(path))} holds bytes that are not text"
-        )
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
 
 
 def table_of(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable:
@@ -243,10 +231,8 @@ def _table(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable
     lines, notes = rows_of(form, text)
     try:
         frame = _frame(form, "\n".join(lines), dtype=str, keep_default_na=False)
-    except (
-        ValueError
-    ) as error:  # pandas' ParserError too: a row with more cells than there are columns
-        raise refuse_ragged(path, argument, str(error).splitlines()[0]) from None
+    except ValueError:  # pandas' ParserError too: a row with more cells than there are columns
+        raise refuse_ragged(form, lines, path, argument) from None
     columns, bad = [], []
     for cells in columns_of(form, frame, argument):
         k = cells.column
@@ -261,6 +247,16 @@ def _table(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable
     return CsvTable(
         every, remarks, _layout_note(form), tuple(sorted(bad)), facts=form.facts, notes=tuple(notes)
     )
+
+
+def refuse_summary(table: CsvTable, key: str) -> None:
+    """Refuse lines of a summary below the rows, for readers that do not report them."""
+    for line in table.notes:
+        if line.code == "lines_below":
+            first = shown(line.numbers["first"])
+            raise InputError(
+                f"{key} must end with a row of numbers, but ends with {first}: delete it"
+            )
 
 
 def check_numbers(table: CsvTable, column: CsvColumn, values: Floats, key: str) -> None:

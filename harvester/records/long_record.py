@@ -17,7 +17,8 @@ from harvester.errors import InputError, invalid, shown
 from harvester.machine import files
 from harvester.records import csv_table
 from harvester.records.csv_layout import Layout, layout, plain_lines
-from harvester.records.csv_table import CsvTable, decoded, table_of
+from harvester.records.csv_table import CsvTable, table_of
+from harvester.records.plain_text import decoded
 from harvester.records.record_facts import MendError
 from harvester.records.records import Record
 

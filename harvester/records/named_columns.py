@@ -5,13 +5,14 @@ from collections.abc import Callable
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.quantities.kinds import FREQUENCY, TIME, Kind
-from harvester.records.csv_table import CsvColumn, CsvTable
+from harvester.records.csv_table import CsvColumn, CsvTable, refuse_summary
 from harvester.records.time_units import UNITS
 
 AXES = ("x", "y", "z")
 _TIMES = frozenset(
     ("time", "t", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec")
 )
+_STAMPS = frozenset(("timestamp", "timestamps", "datetime"))  # times, at any place in a name
 _TIMES |= {"zeit", "uhrzeit", "temps", "tijd", "tiempo", "tempo", "relative", "epoch", "clock"}
 _TIMES |= {"millis", "micros", "milliseconds", "microseconds", "msec", "usec", "nsec", "uptime"}
 _COUNTERS = frozenset(("sample", "samples", "index", "idx", "count", "counter", "n", "nr", "no"))
@@ -33,7 +34,12 @@ def is_time(column: CsvColumn) -> bool:
     if column.words == ("x", "value"):  # LabVIEW's name of times
         return True
     return column.clock or (
-        column.words[:1] != () and (column.words[0] in _TIMES or column.words[-1] in _TIMES)
+        column.words[:1] != ()
+        and (
+            column.words[0] in _TIMES
+            or column.words[-1] in _TIMES
+            or bool(_STAMPS & set(column.words))
+        )
     )
 
 
@@ -82,6 +88,7 @@ def numbers(
     Raises InputError, which begins with ``key``, if there is none, if there are several, and for a
     unit of another kind.
     """
+    refuse_summary(table, key)
     columns = table.find(predicate)
     if not columns:
         raise no_column(table, key, name, kind)

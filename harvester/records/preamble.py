@@ -14,13 +14,15 @@ from harvester.quantities.units import split_unit
 LONGEST = 200  # letters of a line that are looked at
 _LINE = re.compile(r"[\s#%!;/\"]*([A-Za-z][\w .()/^-]*?)\s*[:=,;\t]\s*\"?([^\"]*)\"?")
 _RATE = re.compile(
-    r"(?:sampl\w*|data|acquisition|scan)[ _-]?(?:rate|freq\w*)|rate|fs|odr", re.IGNORECASE
+    r"(?:sampl\w*|data|acquisition|scan|update)[ _-]?(?:rate|freq\w*)|rate|fs|odr", re.IGNORECASE
 )
 _PERIOD = re.compile(
-    r"sampl\w*[ _-]?(?:period|interval|time)|delta[ _-]?[xt]|time[ _-]?(?:step|increment)|dt", re.I
+    r"sampl\w*[ _-]?(?:period|interval|time)|delta[ _-]?[xt]|x[ _-]?axis[ _-]?delta|"
+    r"time[ _-]?(?:step|increment)|dt",
+    re.I,
 )
-_Y_UNIT = re.compile(r"(?:y|vertical)[ _-]?units?(?:[ _-]?label)?", re.IGNORECASE)
-_X_UNIT = re.compile(r"(?:x|horizontal)[ _-]?units?(?:[ _-]?label)?", re.IGNORECASE)
+_Y_UNIT = re.compile(r"(?:y|vertical)(?:[ _-]?axis)?[ _-]?units?(?:[ _-]?label)?", re.IGNORECASE)
+_X_UNIT = re.compile(r"(?:x|horizontal)(?:[ _-]?axis)?[ _-]?units?(?:[ _-]?label)?", re.IGNORECASE)
 _HERTZ = {"sps": "Hz", "samples/s": "Hz", "sa/s": "Hz"}
 _UNIT_OF_KEY = re.compile(r"(.*?)\s*\(([^()]*)\)")
 

@@ -31,23 +31,40 @@ MOST_WORDS = 8  # different words of such a column
 
 
 def named(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
-    """The table; without names its columns are a time, then one acceleration or x, y and z."""
+    """The table; without names its columns are a time, then one acceleration or x, y and z.
+
+    A column that counts the samples may precede the times, or replace them if the rate is stated.
+    """
     if any(column.head for column in table.columns) or len(table.columns) < 2:
         return table
     first, *others = table.columns
-    steps = np.diff(first.values)
-    if not (first.clock or np.count_nonzero(steps > 0.0) > 0.9 * steps.size):
+    if not _ascends(first):
         return table
     numbers = [column for column in others if column.texts is None]
-    axes = ("acceleration",) if len(numbers) == 1 else AXES if len(numbers) == len(AXES) else ()
-    if not axes:
+    names = _names_by_place(table, first, numbers)
+    if not names:
         return table
-    counts = table.facts.is_sampled and bool((steps == 1.0).all())
-    rows = "sample" if counts else "time"
-    heads = dict(zip((column.index for column in numbers), axes, strict=True)) | {first.index: rows}
-    notes.append(note("no_names", names=", ".join((rows, *axes))))
+    heads = dict(zip((column.index for column in (first, *numbers)), names, strict=True))
+    notes.append(note("no_names", names=", ".join(names)))
     columns = tuple(replace(column, head=heads.get(column.index, "")) for column in table.columns)
     return replace(table, columns=columns)
+
+
+def _names_by_place(table: CsvTable, first: CsvColumn, numbers: list[CsvColumn]) -> tuple[str, ...]:
+    """The names of columns that have none, in order; empty if their number leaves them open."""
+    counts = table.facts.is_sampled and bool((np.diff(first.values) == 1.0).all())
+    rows = ["sample" if counts else "time"]
+    if counts and len(numbers) > 1 and _ascends(numbers[0]):
+        rows.append("time")
+    left = len(numbers) + 1 - len(rows)
+    axes = ("acceleration",) if left == 1 else AXES if left == len(AXES) else ()
+    return (*rows, *axes) if axes else ()
+
+
+def _ascends(column: CsvColumn) -> bool:
+    """Whether a column may be the times: a clock, or numbers that mostly ascend."""
+    steps = np.diff(column.values)
+    return column.clock or bool(np.count_nonzero(steps > 0.0) > 0.9 * steps.size)
 
 
 def axis_column(table: CsvTable, axis: str | None) -> CsvColumn:
@@ -68,13 +85,19 @@ def axis_column(table: CsvTable, axis: str | None) -> CsvColumn:
         columns = others if len(others) == 1 else []
     if len(columns) != 1:
         names = ", ".join(column.name for column in columns) or table.heads
-        likely = [c.name for c in columns if c.words[-1:] and c.words[-1].endswith(AXES[-1])]
+        likely = [c.name for c in columns if _is_vertical(c)]
         raise AskedError(
             f"`axis` must be given if FILE has several columns, {shown(names)}, but is left out",
             "axis",
             next(iter((*likely, *(column.name for column in columns))), None),
         )
     return columns[0]
+
+
+def _is_vertical(column: CsvColumn) -> bool:
+    """Whether a column is named by the last axis, along which gravity mostly is."""
+    z = AXES[-1]
+    return z in column.words or "".join(column.words[-1:]).endswith(z)
 
 
 def _named_column(table: CsvTable, columns: list[CsvColumn], axis: str) -> CsvColumn:

@@ -25,7 +25,6 @@ from harvester.records.csv_table import (
     CsvColumn,
     CsvTable,
     check_numbers,
-    decoded,
     read_table,
     table_of_text,
 )
@@ -46,6 +45,7 @@ from harvester.records.named_columns import (
     no_column,
     numbers,
 )
+from harvester.records.plain_text import decoded
 from harvester.records.read_once import read_once
 from harvester.records.record_clock import times
 from harvester.records.record_facts import AskedError, MendError, RecordFacts

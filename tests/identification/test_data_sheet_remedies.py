@@ -71,6 +71,15 @@ def test_the_prior_of_the_damping_is_not_blamed(harvester):
     assert "--points" not in err and "prior" not in err
 
 
+def test_a_power_below_that_of_each_coupling_states_the_range(harvester, tmp_path):
+    """A picowatt is possible, at a coupling below those that are sought."""
+    status, _, err = harvester(
+        "new", tmp_path / "a.toml", "--mass", "4 g", "--frequency", "60 Hz", "--q", "60",
+        "--capacitance", "30 nF", "--power-at-load", "1 pW at 15 kohm and 0.25 g",
+    )  # fmt: skip
+    assert status == 2 and "no --coupling (theta^2/(K Cp) from 1e-08 to 10) gives '1 pW" in err
+
+
 def test_a_known_mass_is_not_asked_for(harvester, tmp_path):
     path = tmp_path / "open.toml"
     status, out, _ = harvester(

@@ -9,7 +9,7 @@ import pytest
 from harvester.errors import InputError
 from harvester.records.cleaning import clean
 from harvester.records.record_facts import RecordFacts
-from harvester.records.record_files import read_record
+from harvester.records.record_files import read_density, read_record
 from tests.support.loggers import (
     ASKED,
     COUNT,
@@ -169,3 +169,43 @@ def test_parts_between_long_gaps_are_joined(tmp_path, harvester):
     assert found["rate"] == pytest.approx(RATE)
     bands = [b["rms"] / G for b in found["bands"] if b["low"] == pytest.approx(22.1, abs=0.1)]
     assert bands[0] == pytest.approx(RIGHT, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            't (ms),z (mg)\n"995","1.5"\n"1,000","1,096.20"\n',
+            "thousands, but .* has '1,096.20' in line 3",
+        ),
+        (
+            "t (ms);z (mg)\n995,0;1,5\n1.000,0;1.096,20\n",
+            "thousands, but .* has '1.000,0' in line 3",
+        ),
+        ("t (ms);z (mg)\n995,0;1,5\n1\u202f000,0;1,5\n", "thousands, but .* in line 3"),
+        ("    -1\n    58\nacc z\n  0.1  0.2  0.3\n    -1\n", "universal file .*: export"),
+        ("t (s),z (g)\n" + "0.1,0.2\n0.2,\n0.3,0.2,7,8\n" * 3, "4 cells in row 3, '0.3,0.2,7,8'"),
+        ('t (s),z (g)\n0.1,0.2\n0.2,\n0.3,"0.2\n', "a quotation mark that is not closed"),
+    ],
+)
+def test_forms_that_no_number_has_are_refused(tmp_path, text, says):
+    """Each was a false reason, such as 'has numbers in its times alone', or the words of pandas."""
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=says):
+        clean(str(path), RecordFacts())
+
+
+def test_a_summary_that_nothing_reports_is_refused(tmp_path):
+    path = tmp_path / "psd.csv"
+    path.write_text("f (Hz),psd (g^2/Hz)\n20,0.01\n80,0.05\n2000,0.01\nOverall,6.06\n")
+    with pytest.raises(InputError, match=r"ends with .Overall,6\.06.: delete it"):
+        read_density(str(path))
+
+
+def test_a_start_of_dates_among_the_settings(tmp_path):
+    """A cell that is no date, in a column that begins with one, was an internal error."""
+    path = tmp_path / "a.csv"
+    path.write_text("2031-04-10;11:59:55;1.0\nx;11:59:56;1.0\n2031-04-10;11:59:57;1.0\n" * 3)
+    with pytest.raises(InputError, match="dates of the calendar"):
+        clean(str(path), RecordFacts(unit="g"))

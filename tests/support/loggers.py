@@ -143,6 +143,35 @@ STATED = {
         "Time,z (g)\n" + rows([f"{clock(k)[:8]}:{clock(k)[9:]}" for k in range(COUNT)]),
         None,
     ),
+    "sections with a star": (  # as MSR loggers write them
+        "*CREATOR\nMSR 6.04\n*STARTTIME\n2031-04-10;11:59:55;\n*MODUL\nMSR165;MSR165;\n"
+        "*TIMEDELAY\n0\n*CHANNEL\nTIME;ACC x;ACC y;ACC z;\n*UNIT\n;G;G;G;\n"
+        "*LIMITS\n;0.00;0.00;0.00\n*CALIBRATION\n;;;\n*DATA\n"
+        + three(sep=";", times=[f"2031-04-10 {clock(k)}" for k in range(COUNT)]).replace(
+            "\n", ";\n"
+        ),
+        "z",
+    ),
+    "kinds of values below the units": (  # TOA5
+        '"TOA5","CR6","CR6","12","CR6.Std.10","CPU:a.CR6","4","Vib"\n'
+        '"TIMESTAMP","RECORD","AccX","AccY","AccZ"\n"TS","RN","g","g","g"\n'
+        '"","","Smp","Smp","Smp"\n'
+        + three(times=[f'"2031-04-10 {clock(k)}",{k}' for k in range(COUNT)]),
+        "AccZ",
+    ),
+    "a timestamp inside a name": (
+        '"sep=\t"\nS_5E2C_Timestamp_Unix_CAL\tS_X_CAL\tS_Y_CAL\tS_Z_CAL\t\nms\tg\tg\tg\t\n'
+        + three(sep="\t", times=seconds("{:.4f}", 1e3, 1.93e12)),
+        "S_Z_CAL",
+    ),
+    "settings, counters and times": (
+        "Header Size: 20\nX-axis size: 1200\nX-axis unit: s\nX-axis delta: 5.0E-3\n"
+        "Y-axis unit: m/s²\n\n"
+        + rows([f"{k}\t{t:.8E}" for k, t in enumerate(T)], G * Z, sep="\t", form="{:.6E}"),
+        None,
+    ),
+    "carriage returns": (("time (s),z (g)\n" + rows(seconds())).replace("\n", "\r"), None),
+    "a summary": ("time (s),z (g)\n" + rows(seconds()) + "\nMin,0.55\nMax,1.45\nMean,1.0\n", None),
     "a rate above": ("Sampling rate (kHz): 0.2\nz (g)\n" + "".join(f"{z:.4f}\n" for z in Z), None),
 }
 
@@ -182,6 +211,28 @@ ASKED = {
         "",
         "--rate",
         "200",
+    ),
+    "a serial monitor": (
+        "".join(
+            f"{clock(k)} -> {x:.4f}\t{y:.4f}\t{z:.4f}\n" for k, (x, y, z) in enumerate(axes().T)
+        ),
+        "--axis z",
+        "--unit",
+        "g",
+    ),
+    "a rate behind slashes": (
+        "// Update Rate: 200.0Hz\nPacketCounter\tAcc_X\tAcc_Y\tAcc_Z\n"
+        + three(G, sep="\t", times=[str((65000 + k) % 65536) for k in range(COUNT)]),
+        "--axis Acc_Z",
+        "--unit",
+        "m/s^2",
+    ),
+    "a list of names in a comment": (
+        ";Title, http://host, X2-2, Kionix\n;SampleRate, 200,Hz\n;Headers, time,Ax,Ay,Az\n"
+        + three(1.0 / 0.488),
+        "--axis Az",
+        "--unit",
+        "0.488 g",
     ),
     "two sensors": (
         "time (s),sensor,z (g)\n"

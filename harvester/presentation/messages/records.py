@@ -34,6 +34,11 @@ def _stands_still(
     )
 
 
+def _lines_below(lines: int, first: str) -> str:
+    rows = "1 line" if lines == 1 else f"{lines} lines"
+    return f"{rows} below the last row of numbers left out, beginning with {first!r}"
+
+
 def _lines_without_numbers(lines: int, first: str) -> str:
     return f"{lines} lines without numbers left out, the first of them {first!r}"
 
@@ -64,6 +69,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "one_recording": "recording {number} of {of} is used: {rows} rows",
     "parts_joined": "{parts} of {of} parts joined, each without its mean: the vibration jumps at the joints",
     "header_again": "{times} more lines of names among the rows: left out",
+    "lines_below": _lines_below,
     "lines_without_numbers": _lines_without_numbers,
     "stands_still": _stands_still,
     "rows_without_time": "{rows} rows without a time: placed evenly between the rows with one",
