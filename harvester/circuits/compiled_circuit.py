@@ -17,9 +17,8 @@ from harvester.circuits.circuit_batch import MORE_SUMS, advance_circuit, circuit
 from harvester.circuits.circuit_path import CircuitPath, TraceArguments, trace_circuit
 from harvester.circuits.newton import Solver
 from harvester.circuits.reduction import Reduction
-from harvester.circuits.semiconductors import ROOM
 from harvester.circuits.solvability import check_parts, check_size
-from harvester.circuits.stamps import stamp, value_of
+from harvester.circuits.stamps import system_of, value_of
 from harvester.circuits.substeps import (
     CIRCUIT,
     DID,
@@ -30,7 +29,6 @@ from harvester.circuits.substeps import (
     KernelCircuit,
     follow,
 )
-from harvester.circuits.system import System
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
 from harvester.errors import CircuitError
@@ -40,30 +38,13 @@ from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.kernels.trajectory_batch import Batch, Schedule
 from harvester.mechanics.trace import mechanics_of
 from harvester.netlists.load_circuit import LoadCircuit
-from harvester.netlists.part import CircuitPart, UnservedError, by_name
+from harvester.netlists.part import ROOM, CircuitPart, UnservedError, by_name
 from harvester.presentation.diagnostic import refusal
 
 TYPICAL = 0.1  # nondimensional step: which pivots a reduction takes is decided there
 # of a charge's size: what the two orders of a step may differ by; with inductors
 TOLERANCE, RINGING = 0.03, 0.002
 LEAST = 1e-2  # of theta l/Cp: the least size of a charge
-
-
-def system_of(parts: dict[str, CircuitPart], capacitance: float) -> System:
-    """The equations of a load circuit's elements next to a piezo of a capacitance (F).
-
-    Raises UnservedError for a construct that compiled circuits lack; InputError for values that
-    cannot be.
-    """
-    system = System(capacitance)
-    across = system.across("p", "0")
-    system.add_charge(
-        "piezo", across, {k: v * capacitance for k, v in across.items()}, 1.0 / capacitance
-    )
-    for part in parts.values():
-        stamp(part, system, parts)
-        system.elements[part.name] = len(system.diodes), len(system.functions)
-    return system
 
 
 class CompiledCircuit:

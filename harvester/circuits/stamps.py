@@ -21,13 +21,29 @@ from harvester.circuits.system import GMIN, Function, Junction, Row, Switch, Sys
 from harvester.circuits.transistors import Layer, add_junction, behind, bipolar, jfet, mosfet
 from harvester.errors import InputError
 from harvester.netlists.expression_tree import Node, constant, operation
-from harvester.netlists.load_circuit import effective_value
 from harvester.netlists.part import CircuitPart, unserved
 
 LEAST_RESISTANCE = 1e-3  # ohm, which ngspice takes for 0
 LEAST_SATURATION = 1e-28  # A, which ngspice takes for less, and for what is below 0
 STEEPEST = 0.9  # the largest grading coefficient of a diode
 _DIODE = {"is", "n", "rs", "cjo", "vj", "m", "tt", "bv", "ibv", "fc", "nbv", "area", "pj"}
+
+
+def system_of(parts: dict[str, CircuitPart], capacitance: float) -> System:
+    """The equations of a load circuit's elements next to a piezo of a capacitance (F).
+
+    Raises UnservedError for a construct that compiled circuits lack; InputError for values that
+    cannot be.
+    """
+    system = System(capacitance)
+    across = system.across("p", "0")
+    system.add_charge(
+        "piezo", across, {k: v * capacitance for k, v in across.items()}, 1.0 / capacitance
+    )
+    for part in parts.values():
+        stamp(part, system, parts)
+        system.elements[part.name] = len(system.diodes), len(system.functions)
+    return system
 
 
 def stamp(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
@@ -43,7 +59,7 @@ def stamp(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -
 
 def value_of(part: CircuitPart) -> float:
     """The value of a resistor, capacitor or inductor, all that are side by side."""
-    if (value := effective_value(part)) is not None:
+    if (value := part.effective_value) is not None:
         return value
     if part.form:
         raise unserved(part, "has a value that depends on voltages or currents")

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 
-from harvester.netlists.load_circuit import LoadCircuit, effective_value, with_parts
+from harvester.netlists.load_circuit import LoadCircuit, with_parts
 from harvester.netlists.part import CircuitPart
 
 COIL = re.compile(r"l\..*#branch")  # the vector of an inductor's current
@@ -59,7 +59,7 @@ def stores(load: LoadCircuit, capacitance: float) -> list[tuple[str, ...]]:
         part.nodes
         for part in load.parts
         if part.kind == "c"
-        and not (effective_value(part) or capacitance) < KEEPS_NOTHING * capacitance
+        and not (part.effective_value or capacitance) < KEEPS_NOTHING * capacitance
     ]
 
 
@@ -71,5 +71,5 @@ def feeds_nothing(load: LoadCircuit) -> bool:
     """
     if load.topology is not None or load.linear:
         return True
-    positive = (part.kind == "d" or (effective_value(part) or 0.0) > 0.0 for part in load.parts)
+    positive = (part.kind == "d" or (part.effective_value or 0.0) > 0.0 for part in load.parts)
     return all(part.kind in _PASSIVE for part in load.parts) and all(positive)

@@ -27,7 +27,6 @@ from harvester.errors import (
     SimulationError,
     UnboundedResponseError,
 )
-from harvester.netlists.load_circuit import effective_value
 from harvester.netlists.part import CircuitPart
 from harvester.presentation.diagnostic import note
 
@@ -223,7 +222,7 @@ def longest_charging(parts: Iterable[CircuitPart]) -> float:
         if part.kind not in PASSIVE:
             return math.inf
         if part.kind in total:
-            total[part.kind] += effective_value(part) or math.inf
+            total[part.kind] += part.effective_value or math.inf
     return total["r"] * total["c"]
 
 

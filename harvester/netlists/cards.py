@@ -20,59 +20,14 @@ LEFT_OUT = (".tran", ".ac", ".dc", ".op", ".noise", ".four", ".tf", ".sens", ".p
 BOARD = (*BENCH, ".probe", ".op", ".ac", ".dc", ".global")
 # Options that act on how ngspice computes or what it prints: this program sets those that matter
 # itself.
-_NUMERICAL = frozenset(
-    [
-        "reltol",
-        "abstol",
-        "vntol",
-        "chgtol",
-        "trtol",
-        "pivtol",
-        "pivrel",
-        "itl1",
-        "itl2",
-        "itl3",
-        "itl4",
-        "itl5",
-        "itl6",
-        "method",
-        "maxord",
-        "xmu",
-        "interp",
-        "savecurrents",
-        "noacct",
-        "acct",
-        "list",
-        "node",
-        "nopage",
-        "noinit",
-        "nomod",
-        "opts",
-        "numdgt",
-        "cptime",
-        "limpts",
-        "lvltim",
-        "post",
-        "probe",
-        "filetype",
-        "plotwinsize",
-        "warn",
-        "noopiter",
-        "steps",
-        "srcsteps",
-        "keepopinfo",
-        "seedinfo",
-        "autostop",
-        "minbreak",
-        "maxwarns",
-        "klu",
-        "sparse",
-        "rawfile",
-        "acout",
-        "rawfmt",
-        "measdgt",
-    ]
-)
+_NUMERICAL = frozenset([
+    "reltol", "abstol", "vntol", "chgtol", "trtol", "pivtol", "pivrel", "itl1", "itl2", "itl3",
+    "itl4", "itl5", "itl6", "method", "maxord", "xmu", "interp", "savecurrents", "noacct", "acct",
+    "list", "node", "nopage", "noinit", "nomod", "opts", "numdgt", "cptime", "limpts", "lvltim",
+    "post", "probe", "filetype", "plotwinsize", "warn", "noopiter", "steps", "srcsteps",
+    "keepopinfo", "seedinfo", "autostop", "minbreak", "maxwarns", "klu", "sparse", "rawfile",
+    "acout", "rawfmt", "measdgt",
+])  # fmt: skip
 TEMPERATURES = ("temp", "tnom")
 _VOLTAGE = re.compile(r"v\(\s*([^\s(),]+)\s*\)\s*=\s*(\{[^}]*\}|'[^']*'|[^\s,]+)")
 

@@ -29,7 +29,6 @@ from harvester.netlists.written_out import initial_of, settings_of, written_out
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.scene.load import Load, is_path
 
-ROOM = 27.0  # degrees Celsius, of ngspice
 _SOME_CAPACITANCE = 1e-8  # F, of a piezo that is not known yet
 
 
@@ -83,7 +82,7 @@ class LoadCircuit:
     def resistance(self) -> float | None:
         """The load resistor (ohm) of a circuit of that alone, which needs no step control; else None."""
         lone = len(self.parts) == 1 and set(self.parts[0].nodes) == {PIEZO, "0"}
-        return effective_value(self.parts[0]) if lone else None
+        return self.parts[0].effective_value if lone else None
 
     @property
     def linear(self) -> bool:
@@ -94,13 +93,13 @@ class LoadCircuit:
     def smoothing(self) -> float | None:
         """The smoothing capacitor Csmooth (F); None if there is none or it is not a plain number."""
         store = self._part(STORE)
-        return None if store is None else effective_value(store)
+        return None if store is None else store.effective_value
 
     @cached_property
     def storage(self) -> float | None:
         """The product of Csmooth and Rload (s), if both are plain numbers."""
         load = self._part(LOAD)
-        resistance = None if load is None else effective_value(load)
+        resistance = None if load is None else load.effective_value
         return None if self.smoothing is None or resistance is None else self.smoothing * resistance
 
     @property
@@ -155,9 +154,8 @@ def load_circuit(
     keys = CircuitKeys(body, board)
     given = keys.given(path, parameters, capacitance)
     parts = written_out(netlist, body, board.nodes, board.ground, *keys.split(given))
-    parts = _with_initial(
-        parts, {board.nodes[net]: volts for net, volts in initial_of(netlist).items()}
-    )
+    if initial := initial_of(netlist):
+        parts = _with_initial(parts, {board.nodes[net]: volts for net, volts in initial.items()})
     _check_terminals(path, parts, body)
     _check_roles(path, parts, body, keys.values(given))
     there = by_name(parts)
@@ -230,22 +228,6 @@ def Netlist(name: str, /, **parameters: float | str) -> Load:  # noqa: N802, as 
 def with_parts(load: LoadCircuit, parts: tuple[CircuitPart, ...]) -> LoadCircuit:
     """The circuit with other elements in place of its own."""
     return replace(load, parts=parts, text="\n".join(lines_for_ngspice(parts)))
-
-
-def effective_value(part: CircuitPart) -> float | None:
-    """The resistance, capacitance or inductance of an element, all that are side by side; None if it has none.
-
-        R scale/m,    C scale m,    L scale/m
-
-    It is None for an element whose model or own temperature decides.
-    """
-    decided_elsewhere = {"temp", "dtemp"} & part.options.keys() or (
-        part.model is not None and part.model.value("tnom", "tref", default=ROOM) != ROOM
-    )
-    if part.number is None or part.form or decided_elsewhere:
-        return None
-    number = part.number * part.options.get("scale", 1.0)
-    return number * part.multiplicity if part.kind == "c" else number / part.multiplicity
 
 
 def _adopt(load: Load, path: Path) -> str:

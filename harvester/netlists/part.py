@@ -13,6 +13,7 @@ from harvester.netlists.expression_tree import Node, with_leaves
 
 GROUND = ("0", "gnd")
 PIEZO = "p"  # node of the first electrode in the whole circuit; the second is "0"
+ROOM = 27.0  # degrees Celsius, of the circuit and of models, unless they state another one
 INSIDE = "xload."  # what the names of all other nodes and of the elements begin with in ngspice
 
 
@@ -92,6 +93,22 @@ class CircuitPart:
     def number(self) -> float | None:
         """Its value, if that is a constant."""
         return self.value.value if self.value is not None and self.value.is_constant else None
+
+    @property
+    def effective_value(self) -> float | None:
+        """The resistance, capacitance or inductance, all that are side by side; None if it has none.
+
+            R scale/m,    C scale m,    L scale/m
+
+        It is None for an element whose model or own temperature decides.
+        """
+        decided_elsewhere = {"temp", "dtemp"} & self.options.keys() or (
+            self.model is not None and self.model.value("tnom", "tref", default=ROOM) != ROOM
+        )
+        if self.number is None or self.form or decided_elsewhere:
+            return None
+        number = self.number * self.options.get("scale", 1.0)
+        return number * self.multiplicity if self.kind == "c" else number / self.multiplicity
 
     @property
     def nodes_read(self) -> frozenset[str]:

@@ -14,7 +14,7 @@ from harvester.circuits.stamps import diode_law
 from harvester.equations.scales import Scales
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.netlists.expression_tree import constant
-from harvester.netlists.load_circuit import LoadCircuit, effective_value
+from harvester.netlists.load_circuit import LoadCircuit
 from harvester.netlists.ltspice import inner_nodes
 from harvester.netlists.part import CircuitPart
 
@@ -50,7 +50,7 @@ class Cut:
         """Conductance (S) of resistors in parallel with storage capacitor and load; None if anything else is there."""
         more = [part for part in self.behind if part.name not in (STORE, LOAD)]
         across = set(self.rails)
-        ohms = [effective_value(part) for part in more if part.kind == "r"]
+        ohms = [part.effective_value for part in more if part.kind == "r"]
         if len(ohms) < len(more) or any(set(part.nodes) != across for part in more):
             return None
         if not all(ohm is not None and ohm > 0.0 for ohm in ohms):

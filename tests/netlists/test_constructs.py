@@ -2,6 +2,7 @@
 
 import json
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -15,8 +16,10 @@ TABLE = json.loads((ROOT / "tests/netlists/constructs.json").read_text())
 
 
 @pytest.fixture
-def file(tmp_path):
-    return tmp_path / "board.cir"
+def file(tmp_path, monkeypatch):
+    """A file in the present folder, from which messages name it."""
+    monkeypatch.chdir(tmp_path)
+    return Path("board.cir")
 
 
 def test_the_table_has_the_rows():
@@ -26,16 +29,18 @@ def test_the_table_has_the_rows():
 @pytest.mark.slow
 @pytest.mark.parametrize("row", ROWS, ids=[row.name for row in ROWS])
 def test_a_construct_is_the_same_or_refused(row, file):
-    """A power that differs from that of ngspice 39, an answer to what is to be refused, or a refusal without a line."""
+    """Another power than ngspice 39's, an answer to a construct that is refused, or a message that the table lacks."""
     file.write_text(row.text)
     known = TABLE[row.name]
     if known["spice"] == "refused":
         with pytest.raises(InputError) as error:
             given_to_ngspice(file)
         assert "\n" not in str(error.value)
+        assert str(error.value) == known["why"]
         return
     mine = imposed_drive.answered(file)
     assert mine.given == (known["compiled"] in ("same", "as LTspice")), mine.why
+    assert mine.why == known["why"]
     if mine.given:
         assert mine.power == pytest.approx(known.get("means", known["39"]), rel=1e-3, abs=1e-10)
 

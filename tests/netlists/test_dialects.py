@@ -8,7 +8,7 @@ import harvester as hv
 from harvester.engines.selection import serving
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
-from harvester.netlists.load_circuit import effective_value, load_circuit
+from harvester.netlists.load_circuit import load_circuit
 from harvester.netlists.part import by_name
 from harvester.scene.load import Load
 from tests.support import imposed_drive
@@ -332,10 +332,10 @@ def test_a_model_of_another_nominal_temperature_decides_the_value(tmp_path, elem
     card = f".model rm {element[0]}(tc1=0.02 tnom={degrees})"
     circuit = board(tmp_path, more=f"{element}\n{card}")
     part = next(part for part in circuit.parts if part.name == element[:2].lower())
-    assert effective_value(part) is None
+    assert part.effective_value is None
     same = board(tmp_path, more=f"{element}\n{card.replace(f'={degrees})', '=27)')}")
     part = next(part for part in same.parts if part.name == element[:2].lower())
-    assert effective_value(part) == part.number
+    assert part.effective_value == part.number
 
 
 @pytest.mark.ngspice

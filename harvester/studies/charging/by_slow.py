@@ -15,7 +15,6 @@ from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.netlists.load_circuit import effective_value
 from harvester.netlists.part import CircuitPart
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
@@ -130,7 +129,7 @@ def _check_draw(problem: Problem, top: float, h: float | None) -> None:
     if watts <= most:
         return
     others = _other_capacitors(rectifier)
-    if charges[0] - charges[1] < top * sum(effective_value(part) or math.inf for part in others):
+    if charges[0] - charges[1] < top * sum(part.effective_value or math.inf for part in others):
         names = ", ".join(part.name for part in others)
         raise SimulationError(
             "engine slow follows no capacitor that is slow next to the storage capacitor, but "
@@ -153,7 +152,7 @@ def _charge_of_others(problem: Problem, farads: float, top: float) -> float:
     Raises SimulationError if it is above `MOST_BESIDE`.
     """
     others = _other_capacitors(Rectifier(problem))
-    share = sum(effective_value(part) or math.inf for part in others) / farads
+    share = sum(part.effective_value or math.inf for part in others) / farads
     if share <= MOST_BESIDE:
         return share
     names = ", ".join(part.name for part in others)

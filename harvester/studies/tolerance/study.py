@@ -13,7 +13,6 @@ from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError, InputError, SimulationError
 from harvester.machine.execution import Execution
 from harvester.machine.progress import PartOfProgress
-from harvester.netlists.load_circuit import effective_value
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.scene.keys import unit_of
 from harvester.scene.scene import Scene
@@ -302,5 +301,5 @@ def _not_above_zero(request: ToleranceRequest, values: Floats) -> dict[str, floa
     scene = request.scene.varied(dict(zip(request.keys, map(float, values), strict=True)))
     circuit = Problem(scene).circuit
     passive = [part for part in (circuit.parts if circuit else ()) if part.kind in PASSIVE]
-    known = {part.name: effective_value(part) for part in passive}
+    known = {part.name: part.effective_value for part in passive}
     return {name: value for name, value in known.items() if value is not None and value <= 0.0}
