@@ -36,7 +36,8 @@ SAME, ROUGH = 1e-3, 5e-3  # relative differences of power
 NEAR = 0.05  # below which both are integrated once more with shorter steps
 ENDLESS = 1e12  # V, beyond which both grow as long as they are driven, and have no power to compare
 TINY = 1e-9  # W, below which powers are equal: the drive gives some 1e-4 W
-PATIENCE = 30  # s, for one netlist
+PATIENCE = 60  # s, for one netlist, its compilation included
+AGAIN = 0.5  # s, after which a netlist that was not stopped is stopped once more
 SIMPLEST = Path(__file__).parents[1] / "netlists/resistor.cir"
 FAULTS = ("DIFFERENT", "CRASHED", "DOES NOT END")
 KINDS = (
@@ -55,29 +56,29 @@ class TooLongError(Exception):
 
 @contextlib.contextmanager
 def limited(seconds):
-    """Raise TooLongError after some seconds."""
+    """Raise TooLongError after some seconds, and again ever since: a finaliser may swallow one."""
 
     def late(*_):
         raise TooLongError
 
     before = signal.signal(signal.SIGALRM, late)
-    signal.alarm(seconds)
+    signal.setitimer(signal.ITIMER_REAL, seconds, AGAIN)
     try:
         yield
     finally:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
 
 
-def ours(text, folder, compiled=False, flat=()):
+def ours(text, folder, compiled=False, flat=(), patience=PATIENCE):
     """The package's answer, and the kind of fault, if any."""
     file = Path(folder) / "board.cir"
     file.write_text(text)
     try:
-        with limited(PATIENCE):
+        with limited(patience):
             circuit = imposed_drive.read(file, *flat)
-        answer = imposed_drive.by_compiled_circuit if compiled else imposed_drive.by_machine
-        return answer(circuit), ""
+            answer = imposed_drive.by_compiled_circuit if compiled else imposed_drive.by_machine
+            return answer(circuit), ""
     except TooLongError:
         return Answer(why="does not end"), "DOES NOT END"
     except imposed_drive.NoMachineError as error:

@@ -8,9 +8,8 @@ import numpy as np
 
 from harvester.arrays import Floats, aligned
 from harvester.circuits.circuit_path import load_of
-from harvester.circuits.substeps import KernelCircuit
+from harvester.circuits.substeps import CHATTERS, MOST, KernelCircuit
 from harvester.equations.coefficients import Equations
-from harvester.mechanics.ensemble.own_circuit import MASS_ROWS
 from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import inlined, kernel, version_of
@@ -19,12 +18,21 @@ from harvester.mechanics.kernels.intervals import EXACT, drifts
 from harvester.mechanics.kernels.noise import draw_noise
 from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
 from harvester.mechanics.kernels.shaking import Filter, last_acceleration, shaken
-from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, Batch, Schedule, add_sample
+from harvester.mechanics.kernels.trajectory_batch import (
+    BATCH,
+    MASS_ROWS,
+    SUMS,
+    Batch,
+    Schedule,
+    add_sample,
+)
 from harvester.mechanics.modes.modal_batch import add_sample_of_modes
 from harvester.mechanics.modes.modal_circuit import add_modal_features
 from harvester.mechanics.modes.modal_step import ModalCoefficients, dot
 from harvester.mechanics.trace import mechanics_of
 
+SURELY = 10.0 * MOST  # share of failed steps from which on a batch ends
+STEPS_AHEAD = 64.0  # circuit steps that are expected in each step of the mass to come
 MORE_SUMS = (*SUMS, "load", "substeps", "failed")
 
 
@@ -106,9 +114,24 @@ def _fetched(i, state, load):
         load.state[j] = state[j, i]
 
 
+@inlined
+def chatters(sums, returned, ahead):
+    """Whether switches of a batch chatter so much that its steps ``ahead``, of the mass, cannot make up for it.
+
+    ``returned`` are the solver's return values of all lanes, or `CHATTERS`.
+    """
+    steps = 0.0
+    failed = 0.0
+    for i in range(BATCH):
+        steps += sums[14, i]
+        if returned[i] >= CHATTERS:
+            failed += sums[15, i]
+    return failed > SURELY * (steps + STEPS_AHEAD * ahead)
+
+
 @kernel
 def _advance(z, room, state, b, noisy, schedule, h, load, c, shaker):
-    """Advance lanes z and their circuits' states by a `Schedule`, and add up the moments."""
+    """Advance lanes z and their circuits' states by a `Schedule`, and add up the moments; True: it `chatters`."""
     whole, half = drifts(h, None, EXACT)
     sums = b.sums
     coarse = schedule.doublings > 0
@@ -119,6 +142,7 @@ def _advance(z, room, state, b, noisy, schedule, h, load, c, shaker):
     at = load.circuit.voltages_at
     volts = load.circuit.volts
     unit = load.circuit.unit / (schedule.stride * load.circuit.record[0].seconds)
+    ahead = schedule.samples * schedule.stride * BATCH
     for _ in range(schedule.samples):
         for k in range(schedule.stride):
             if noisy and k % steps == 0:
@@ -146,12 +170,16 @@ def _advance(z, room, state, b, noisy, schedule, h, load, c, shaker):
                 sums[13, i] += load.counts[0] * unit
                 sums[14, i] += load.counts[1]
                 sums[15, i] += load.counts[2]
+            ahead -= BATCH
+            if chatters(sums, state[len(load.state) - 1], ahead):
+                return True
         for i in range(BATCH):
             _fetched(i, state, load)
             s = lane(i, z, c)
             a = last_acceleration(i, shaker)
             mid, _, _ = drifted(beside(s, room, c), half, c, a, aside(load))
             add_sample_of(i, sums, s, mid, c)
+    return False
 
 
 @kernel
@@ -174,8 +202,8 @@ def advance_circuit(
     rows: int,
     eqs: Equations,
     shaker: Filter | None,
-) -> None:
-    """Advance a batch by a schedule of steps of h.
+) -> bool:
+    """Advance a batch by a schedule of steps of h: whether it ended early, as it `chatters`.
 
     The first ``rows`` of ``state`` are x, x', V, U and the circuit's; below are y_2, ... and
     y_2', ... for several modes.
@@ -185,7 +213,7 @@ def advance_circuit(
     z = aligned((len(order), BATCH))
     z[:] = state[order]
     batch = batch._replace(x=z[0], v=z[len(order) // 2], V=z[-1])
-    _advance(
+    ended: bool = _advance(
         z.reshape(-1),
         np.empty(z.size),
         state[MASS_ROWS:rows],
@@ -198,6 +226,7 @@ def advance_circuit(
         shaker=shaker,
     )
     state[order] = z
+    return ended
 
 
 def circuit_mid_drift(

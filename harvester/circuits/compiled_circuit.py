@@ -20,6 +20,7 @@ from harvester.circuits.reduction import Reduction
 from harvester.circuits.solvability import check_parts, check_size
 from harvester.circuits.stamps import system_of, value_of
 from harvester.circuits.substeps import (
+    CHATTERS,
     CIRCUIT,
     DID,
     GAMMA,
@@ -32,10 +33,9 @@ from harvester.circuits.substeps import (
 from harvester.equations.coefficients import Equations
 from harvester.equations.scales import Scales
 from harvester.errors import CircuitError
-from harvester.mechanics.ensemble.own_circuit import MASS_ROWS
 from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.shaking import Filter
-from harvester.mechanics.kernels.trajectory_batch import Batch, Schedule
+from harvester.mechanics.kernels.trajectory_batch import MASS_ROWS, Batch, Schedule
 from harvester.mechanics.trace import mechanics_of
 from harvester.netlists.load_circuit import LoadCircuit
 from harvester.netlists.part import ROOM, CircuitPart, UnservedError, by_name
@@ -216,11 +216,15 @@ class CompiledCircuit:
 
         The elements that the solver reported in the last of them
         (`harvester.circuits.newton_parts.SIGNATURE`) are named, or all that have a function if it
-        reported none.
+        reported none; or the switches that chatter.
         """
         if not failed > MOST * steps:
             return
         returned = np.unique(state[..., -1])
+        switches = [round(code - CHATTERS) for code in returned if code >= CHATTERS]
+        if switches:
+            chattering = ", ".join(self.system.switches[k].name for k in switches)
+            raise CircuitError(str(refusal("switch_chatters", elements=chattering)))
         functions = sorted({round(-2.0 - code) for code in returned if code <= -2.0})
         many = len(self.system.diodes) + len(self.system.functions)
         names = dict.fromkeys(self.system.element_of(k) for k in functions or range(many))
@@ -311,7 +315,11 @@ class CompiledCircuit:
         eqs: Equations,
         shaker: Filter | None,
     ) -> None:
-        """Advance a batch of trajectories; see `OwnCircuit`."""
+        """Advance a batch of trajectories; see `OwnCircuit`.
+
+        Raises CircuitError as soon as a switch chatters so much that the rest cannot make up for
+        it.
+        """
         if follow.waits:  # a call without a step compiles this kernel meanwhile
             none = schedule._replace(samples=0)
             circuit = self._with_follow(h, 0)
@@ -325,7 +333,7 @@ class CompiledCircuit:
                 eqs=eqs,
                 shaker=shaker,
             )
-        advance_circuit(
+        chatters = advance_circuit(
             batch,
             state,
             schedule=schedule,
@@ -335,6 +343,8 @@ class CompiledCircuit:
             eqs=eqs,
             shaker=shaker,
         )
+        if chatters and batch.sums is not None:
+            self.check_sums(batch.sums.sum(axis=1), state[None])
 
     def mid_drift(
         self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None

@@ -128,7 +128,7 @@ def _switch(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart])
     off = threshold - width
     # ngspice begins with all voltages at 0
     closed_at_first = on < 0.0 or (off <= 0.0 and part.word == "on")
-    system.switches.append(Switch(control, on, off, closed_at_first))
+    system.switches.append(Switch(control, on, off, closed_at_first, part.name))
     state = Node("state", index=len(system.switches) - 1)
     share = operation("+", constant(opened), operation("*", state, constant(closed - opened)))
     if row:

@@ -7,7 +7,8 @@ SDIRK2, L-stable):
 
 With it the stages give the difference of a first order, z2 - z0 - (z1 - z0)/g.  A step that changes
 a charge by too much of its size, closes or opens a switch, or does not converge is made again in
-parts: the steps are h/2^k.  The current of the piezo carries exactly the charge theta (x1 - x0) of
+parts: the steps are h/2^k.  If a switch changes all the time it chatters, and the time is left out as
+that of a step that does not converge.  The current of the piezo carries exactly the charge theta (x1 - x0) of
 each step, so that an impact within one is averaged; it is one of h/64 at most, as a rectifier sees
 the peak of the voltage at contact.
 
@@ -28,6 +29,9 @@ FINEST = 1 << (LEVELS - 1)  # shortest steps in one of length h
 # level of the steps in which an impact is averaged: a rectifier sees the voltage at contact
 IMPACT = 6
 GIVEN_UP = 1 << (LEVELS - 5)  # shortest steps that are left out if one does not converge
+# changes of switches in so many: beyond them a switch chatters, which no step resolves
+MOST_CHANGES = GIVEN_UP // 32
+CHATTERS = 1000.0  # in place of the solver's return value, plus the number of the switch
 FADING = 2e-4  # of a charge's size, a step
 # quantities that are told beside the charges: voltages of the piezo, the storage capacitor and the
 # load
@@ -133,13 +137,18 @@ def switched(thresholds, voltages, switches):
 
 @inlined
 def switch(thresholds, voltages, switches):
-    """Close the switches above their threshold, and open those below."""
+    """Close the switches above their threshold, and open those below: the last that changed, or -1."""
+    last = -1
     for k in range(len(switches)):
         control = voltages[N_VOLTAGES + k]
+        before = switches[k]
         if control > thresholds[0, k]:
             switches[k] = 1.0
         elif control < thresholds[1, k]:
             switches[k] = 0.0
+        if switches[k] != before:
+            last = k
+    return last
 
 
 @inlined
@@ -211,6 +220,22 @@ def logged(c, seconds, state, count):
         head[0] += 1.0
 
 
+@inlined
+def counted(changes, changed, at):
+    """The changes of switches up to ``at`` since the last multiple of `GIVEN_UP`; the last step changed one, or -1."""
+    if at % GIVEN_UP == 0:
+        return 0
+    return changes + (1 if changed >= 0 else 0)
+
+
+@inlined
+def longer(level, error):
+    """The level of the next step after one with an error."""
+    if error < 0.04:
+        return max(level - (2 if error < 0.0025 else 1), 0)
+    return level
+
+
 @c_function(FOLLOW, later=True)
 def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, count):
     """Advance a circuit by a drift of length h: ``count`` of the `FINEST` parts of a step.
@@ -218,8 +243,8 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, count):
     A state is its charges, the unknowns that functions read, the switches, the sizes of the linear
     charges (V) with the level, the reported quantities (the voltages of piezo, store and load, and
     the switches' controls), the results of this drift: the integral of the load's squared voltage
-    (V^2 s), the steps, and those of them that failed; and the solver's return value for the last
-    one that failed, of any drift.
+    (V^2 s), the steps, and those of them that failed, or changed a switch that chatters; and the
+    solver's return value for the last one that failed, of any drift, or `CHATTERS`.
     """
     c = carray(circuit_at, 1)[0]
     ns = c.ns
@@ -246,6 +271,7 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, count):
     square = 0.0
     steps = 0
     failed = 0
+    changes = 0
     unit = h / count
     before = position_at(0.0, x, x1, wall, first, h)
     while at < count:
@@ -280,6 +306,7 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, count):
             # what does not converge at the shortest step is left as it was for a while, and told
             failed += 1
             state[length - 1] = iterations
+            changes = 0
             at = min((at // GIVEN_UP + 1) * GIVEN_UP, count)
             before = position_at(at * unit, x, x1, wall, first, h)
             continue
@@ -289,12 +316,18 @@ def follow(circuit_at, state_at, room_at, x, x1, wall, first, h, count):
         logged(c, seconds, state, count)
         for k in range(nz):
             sizes[k] = max(sizes[k] * (1.0 - FADING * size / FINEST), abs(s[k]) * volts[k])
-        switch(thresholds, voltages, switches)
+        changed = switch(thresholds, voltages, switches)
         square += seconds * ((1.0 - GAMMA) * load_voltage * load_voltage + GAMMA * new[2] * new[2])
         at += size
         before = here
-        if error < 0.04:
-            level = max(level - (2 if error < 0.0025 else 1), 0)
+        changes = counted(changes, changed, at)
+        if changes > MOST_CHANGES:
+            failed += changes
+            changes = 0
+            state[length - 1] = CHATTERS + changed
+            at = min((at // GIVEN_UP + 1) * GIVEN_UP, count)
+            before = position_at(at * unit, x, x1, wall, first, h)
+        level = longer(level, error)
     sizes[nz] = level
     state[length - DID] = square
     state[length - DID + 1] = steps

@@ -75,6 +75,7 @@ class Switch:
     on: float
     off: float
     closed: bool
+    name: str  # the element's
 
 
 @dataclass

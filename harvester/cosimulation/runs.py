@@ -30,7 +30,7 @@ from harvester.mechanics.kernels.moments import Moments, from_path
 from harvester.mechanics.kernels.noise import child, coarsened, gaussian_grid, three_point_grid
 from harvester.mechanics.kernels.path import Path
 from harvester.mechanics.trace import mechanics_of, trace
-from harvester.netlists.for_ngspice import RELTOL
+from harvester.netlists import for_ngspice
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import Probe
 from harvester.scene.load import Load
@@ -66,7 +66,7 @@ class CoupledDevice:
     h: float
     stride: int
     patience: float = 30.0
-    reltol: float = RELTOL
+    reltol: float = for_ngspice.RELTOL
     gaussian: bool = False
     ideal: "IdealCircuit | CompiledCircuit | None" = None
     ngspice_rule: bool = False

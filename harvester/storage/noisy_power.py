@@ -21,9 +21,9 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import CompiledCircuit, compiled_circuit
 from harvester.equations.problem import Problem
-from harvester.mechanics.ensemble.own_circuit import MASS_ROWS
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.step_size import step_from_rest
+from harvester.mechanics.kernels.trajectory_batch import MASS_ROWS
 from harvester.storage.checked_mean import (
     COARSEST,
     FINER,

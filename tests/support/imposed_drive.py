@@ -35,6 +35,7 @@ from tests.support.ngspice_oracle import (
 GAMMA = 1.0 - math.sqrt(0.5)
 TOLERANCE = 1e-4  # of a charge's largest size, which the two orders of a step may differ by
 SHORTEST = 1e-9  # of SECONDS
+PIECE = 64  # steps of a compiled circuit, between which a signal is handled
 MOST_STEPS = 100_000
 LEAST = 1e-2  # V, the least size of a charge
 DEVICE = Scales(0.04, 2.0 * math.pi * 47.0, 1e-3, 1e-3 * 6.0 * CAPACITANCE / 1e-6, CAPACITANCE)
@@ -618,7 +619,10 @@ def by_compiled_circuit(circuit, step=LONGEST_STEP / 4.0):
     out = np.zeros(3)
     room = np.zeros((7, circuit.room))
     unit = circuit.scales.capacitance * circuit.scales.volts
-    _advanced(kernels, state, room, np.diff(integral), unit, step / LEAK, out)
-    if out[2] > 0:
-        return Answer(why=f"{int(out[2])} steps failed")
+    charges = np.diff(integral)
+    for first in range(0, count, PIECE):
+        piece = charges[first : first + PIECE]
+        _advanced(kernels, state, room, piece, unit, step / LEAK, out)
+        if out[2] > 0:
+            return Answer(why=f"{int(out[2])} steps failed")
     return Answer(float(out[0] / SECONDS / circuit.resistance), math.sqrt(out[1] / count))

@@ -12,7 +12,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
-from harvester.mechanics.ensemble.own_circuit import MASS_ROWS, OwnCircuit
+from harvester.mechanics.ensemble.own_circuit import OwnCircuit
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary, interleaved
 from harvester.mechanics.kernels.control_variates import boundary
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
@@ -25,6 +25,7 @@ from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.kernels.trajectory_batch import (
     BATCH,
     IDEAL_SUMS,
+    MASS_ROWS,
     SUMS,
     Batch,
     Schedule,

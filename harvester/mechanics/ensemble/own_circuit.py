@@ -8,9 +8,6 @@ from harvester.mechanics.kernels.path import Path
 from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.kernels.trajectory_batch import Batch, Schedule
 
-# rows of the mass: x, x', V, and that of the storage capacitor; a circuit's state is below them
-MASS_ROWS = 4
-
 
 class OwnCircuit(Protocol):
     """A circuit of a room above that brings kernels of its own: how many rows its states and sums have, and these."""

@@ -32,6 +32,8 @@ from harvester.mechanics.kernels.offset_stops import kick_at_stops, move
 from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
 from harvester.mechanics.kernels.shaking import last_acceleration, shaken
 
+# rows of the mass: x, x', V, and the voltage of the storage; a circuit's state is below them
+MASS_ROWS = 4
 BATCH = 64
 
 # Rows of the sums of one trajectory.  A sample has x and V at the kick and in mid-drift: their

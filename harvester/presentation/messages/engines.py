@@ -270,6 +270,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "the mean may be wrong; use engine 'spice'",
     "circuit_fails": "a share of {share:.1g} of the circuit's steps did not converge, at netlist element {elements}: give "
     "it a series resistance or a capacitance, or use engine 'spice'",
+    "switch_chatters": "switch {elements} of the netlist opens and closes too often for the shortest step: give its model a hysteresis (vh, "
+    "or ih of a current-controlled switch) larger than the jump of its control at a change",
     "compiled_circuit": "the difference from ngspice is not measured: compare with 'spice'",
     "difference_measured": "model error: largest difference (95 %) from runs of ngspice on the same motion",
     "difference_along": "model error: difference from ngspice's circuit on the response's motion",
