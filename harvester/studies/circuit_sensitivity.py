@@ -22,6 +22,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.compiled import Compiled
 from harvester.engines.power_slopes import quantities, value_of
+from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.mechanics.ensemble.burn_in import burn_in
@@ -134,11 +135,20 @@ class _Settled:
             self.h * ratio,
             circuit=model.circuit,
             controlled=True,
-            origin=self.origin,
+            origin=self._origin_of(problem.equations),
         )
         ensemble.run(SETTLING * self.time * ratio)
         watts = problem.units.watts * (problem.equations.beta or 0.0)
         return _Continued(ensemble, self.time * ratio, watts)
+
+    def _origin_of(self, eqs: Equations) -> tuple[Any, Any, Any]:
+        """The states at the end of the burn-in, with a sinusoid of the amplitude in ``eqs``."""
+        state, shaking, words = self.origin
+        before = self.problem.equations.drive
+        if before is not None and eqs.drive is not None:
+            shaking = shaking.copy()
+            shaking[:, -2:] *= eqs.drive / before
+        return state, shaking, words
 
     @cached_property
     def unchanged(self) -> "_Continued":

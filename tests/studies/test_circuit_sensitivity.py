@@ -95,7 +95,7 @@ def test_a_linear_circuit_has_the_elasticities_that_units_ask_for(tmp_path):
 @pytest.mark.ngspice
 @pytest.mark.parametrize("body", [LINEAR, BRIDGE.format("1N4148") + STORE])
 def test_the_error_that_is_aimed_at_is_reached(tmp_path, body):
-    """At 95 % each sampling error is 0.01 of the larger of 1 and the elasticity."""
+    """At 95 % each sampling error is 0.01 of the larger of 1 and the sensitivity."""
     found = hv.sensitivity(on_plate(tmp_path, body))
     sizes = [max(abs(slope.value), 1.0) for slope in found.elasticities]
     errors = [slope.sampling95 for slope in found.elasticities]
@@ -115,6 +115,27 @@ def test_under_a_sinusoid_the_elasticities_are_those_of_periodic_responses(tmp_p
     assert all(slope.stderr in (None, 0.0) and slope.bias is not None for slope in of.values())
     for value, right, error in sums(found):
         assert abs(value - right) < error < 0.15
+
+
+@pytest.mark.ngspice
+def test_noise_and_a_sinusoid_have_the_elasticities_of_their_powers(tmp_path):
+    """A linear circuit has the sum of two powers; ensembles went on with the sinusoid of the burn-in,
+    so that its amplitude had a sensitivity of 0."""
+    device = hv.Oscillator(mass="40 g", stiffness=16.0, damping=0.8)
+    plate = replace(on_plate(tmp_path, "Rload p n 500k"), oscillator=device)
+    alone = hv.Excitation(acceleration_amplitude="0.2 m/s^2", frequency="3.1 Hz")
+    noise = replace(alone, acceleration_psd="3e-5 g^2/Hz")
+    found = hv.sensitivity(replace(plate, excitation=noise))
+    of = dict(zip(found.keys, found.elasticities, strict=True))
+    sinusoid = hv.Compiled().run(replace(plate, excitation=alone)).mean_power
+    part = sinusoid.value / found.mean_power.value
+    assert 0.2 < part < 0.8
+    for key, right in (("acceleration_amplitude", 2.0 * part), ("acceleration_psd", 1.0 - part)):
+        slope = of[f"excitation.{key}"]
+        error = slope.bias + 2.0 * (
+            slope.sampling95 + found.mean_power.sampling95 / found.mean_power.value
+        )
+        assert abs(slope.value - right) < error < 0.15
 
 
 @pytest.mark.thorough("test_every_element_is_a_key")
