@@ -30,6 +30,7 @@ from harvester.mechanics.ensemble.richardson import compile_pair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.trajectory_batch import BATCH
+from harvester.presentation.messages.unknown_parts import WELLS
 from harvester.storage.held_stores import enough_runs
 from harvester.studies.power_differences import PowerDifferences, check_power, largest_change
 from harvester.uncertainty.controls import controlled_entries
@@ -95,8 +96,9 @@ def by_ensembles(
         except HarvesterError as error:
             done.failed[key] = error
         else:
-            bias = (slope.bias or 0.0) + step_error
-            done.by_key[key] = value, replace(slope, bias=bias).with_unknown(Compiled.UNKNOWN)
+            slope = replace(slope, bias=(slope.bias or 0.0) + step_error)
+            slope = slope.with_unknown(settled.unknown).with_unknown(Compiled.UNKNOWN)
+            done.by_key[key] = value, slope
             seconds = max(seconds, pair.least_seconds)
         report((k + 1) / len(known))
     return done
@@ -118,6 +120,7 @@ class _Settled:
         )
         compile_pair(first, budget)
         burn_in(first, budget)
+        self.unknown = "" if first.hopping is None else WELLS
         self.together = first.together
         self.count = count
         self.h = first.h

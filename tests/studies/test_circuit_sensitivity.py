@@ -8,7 +8,7 @@ import pytest
 import harvester as hv
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
-from harvester.studies.circuit_sensitivity import keys_with_elements
+from harvester.studies.circuit_sensitivity import by_ensembles, keys_with_elements
 from harvester.studies.tolerance.spreads import parse
 from tests.support.netlists import BRIDGE, STORE, on_plate
 
@@ -136,6 +136,19 @@ def test_noise_and_a_sinusoid_have_the_elasticities_of_their_powers(tmp_path):
             slope.sampling95 + found.mean_power.sampling95 / found.mean_power.value
         )
         assert abs(slope.value - right) < error < 0.15
+
+
+@pytest.mark.thorough("test_every_element_is_a_key")
+def test_rare_transitions_between_wells_leave_the_elasticities_unknown(tmp_path):
+    """The share of each well changes with a key, but hardly a trajectory leaves the well of its start."""
+    wells = hv.Oscillator(
+        mass="40 g", stiffness=-16.0, quadratic_stiffness=4e3, cubic_stiffness=1e8, damping=0.2
+    )
+    noise = hv.Excitation(acceleration_psd="1e-6 g^2/Hz")
+    scene = replace(on_plate(tmp_path, "Rload p n 500k"), oscillator=wells, excitation=noise)
+    done = by_ensembles(Problem(scene), hv.Value(1e-6, bias=0.0), lambda _: None)
+    assert done.by_key and not done.failed
+    assert all("the share of each well" in slope.unknown for _, slope in done.by_key.values())
 
 
 @pytest.mark.thorough("test_every_element_is_a_key")
