@@ -1,13 +1,13 @@
 """Normalised sensitivities of a netlist's power: its compiled circuit at two values of each key on the same noise.
 
-All ensembles continue from one burn-in, at a step of as many radians, on the noise that follows it,
+All ensembles continue from one burn-in, at a step of as many seconds, on the noise that follows it,
 so that the two powers of a key differ by the key alone.  With ln P a mean over trajectories,
 
     E+ = (ln P(1 + d) - ln P)/ln(1 + d),   E- = (ln P(1 - d) - ln P)/ln(1 - d),
 
 the normalised sensitivity at the key's value is between E- and E+ if it only grows or only falls from
 1 - d to 1 + d.  The value is the difference of the outer two, exact for any power law, and half of
-|E+ - E-| its step error, plus that of the power's time step, relative.
+|E+ - E-| its step error, plus that of the power at the ensembles' time step, relative.
 """
 
 import math
@@ -23,10 +23,11 @@ from harvester.arrays import Floats
 from harvester.engines.compiled import Compiled
 from harvester.engines.power_slopes import quantities, value_of
 from harvester.equations.coefficients import Equations
+from harvester.equations.impact_order import STRONG, step_order
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.mechanics.ensemble.burn_in import burn_in
-from harvester.mechanics.ensemble.richardson import compile_pair
+from harvester.mechanics.ensemble.richardson import LEFT, compile_pair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.trajectory_batch import BATCH
@@ -66,7 +67,7 @@ def by_ensembles(
 ) -> PowerDifferences:
     """The normalised sensitivity d ln P/d ln key in each key, from ensembles on the same noise.
 
-    ``power`` is the scene's mean power, for its relative time-step error.  A key that cannot be
+    ``power`` is the scene's mean power, for its relative time-step error (`_step_error`).  A key that cannot be
     larger, such as a restitution of 1, is not varied.  Keys for which there is no time until
     ``deadline`` (s, of `time.monotonic`) are left, and one without an answer has its error.
 
@@ -80,7 +81,7 @@ def by_ensembles(
         if (change := largest_change(problem, key, value))
     ]
     settled = _Settled(problem, deadline)
-    step_error = abs((power.bias or 0.0) / power.value)
+    step_error = _step_error(problem.equations, power)
     done = PowerDifferences()
     seconds = 0.0
     for k, (key, value, change) in enumerate(known):
@@ -102,6 +103,12 @@ def by_ensembles(
             seconds = max(seconds, pair.least_seconds)
         report((k + 1) / len(known))
     return done
+
+
+def _step_error(eqs: Equations, power: Value) -> float:
+    """The relative step error of the ensembles, of which `RichardsonPair` has taken most off the ``power``."""
+    is_extrapolated = step_order(eqs) >= STRONG and not eqs.is_shaken_otherwise
+    return abs((power.bias or 0.0) / power.value) / (LEFT if is_extrapolated else 1.0)
 
 
 @dataclass

@@ -8,7 +8,10 @@ import pytest
 import harvester as hv
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
-from harvester.studies.circuit_sensitivity import by_ensembles, keys_with_elements
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.richardson import RichardsonPair
+from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.studies.circuit_sensitivity import ROOT, by_ensembles, keys_with_elements
 from harvester.studies.tolerance.spreads import parse
 from tests.support.netlists import BRIDGE, STORE, on_plate
 
@@ -149,6 +152,22 @@ def test_rare_transitions_between_wells_leave_the_elasticities_unknown(tmp_path)
     done = by_ensembles(Problem(scene), hv.Value(1e-6, bias=0.0), lambda _: None)
     assert done.by_key and not done.failed
     assert all("the share of each well" in slope.unknown for _, slope in done.by_key.values())
+
+
+@pytest.mark.thorough("test_every_element_is_a_key")
+def test_the_step_error_is_that_of_the_ensembles(tmp_path):
+    """The power is extrapolated to a step of 0, and its step error is a quarter of theirs."""
+    damped = hv.Oscillator(mass="40 g", stiffness=16.0, damping=0.05)
+    problem = Problem(replace(on_plate(tmp_path, LINEAR), oscillator=damped))
+    engine = hv.Compiled(within=0.01, judged=False)
+    circuit = engine.model(problem).circuit
+    ensemble = Trajectories(problem.equations, 128, ROOT, circuit=circuit, controlled=True)
+    burn_in(ensemble)
+    pair = RichardsonPair(ensemble, ensemble.time)
+    bias, error = pair.relative_bias("load")
+    assert pair.extrapolates and 4.0 * error < bias
+    done = by_ensembles(problem, engine.run(problem).mean_power, lambda _: None)
+    assert all(slope.bias > 2.0 * bias for _, slope in done.by_key.values())
 
 
 @pytest.mark.thorough("test_every_element_is_a_key")
