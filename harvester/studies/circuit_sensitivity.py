@@ -106,7 +106,7 @@ def by_ensembles(
 
 
 def _step_error(eqs: Equations, power: Value) -> float:
-    """The relative step error of the ensembles, of which `RichardsonPair` has taken most off the ``power``."""
+    """The relative step error of the ensembles: the ``power`` of a `RichardsonPair` is extrapolated."""
     is_extrapolated = step_order(eqs) >= STRONG and not eqs.is_shaken_otherwise
     return abs((power.bias or 0.0) / power.value) / (LEFT if is_extrapolated else 1.0)
 
