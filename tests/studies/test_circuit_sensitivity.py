@@ -122,7 +122,7 @@ def test_under_a_sinusoid_the_elasticities_are_those_of_periodic_responses(tmp_p
 
 @pytest.mark.ngspice
 def test_noise_and_a_sinusoid_have_the_elasticities_of_their_powers(tmp_path):
-    """A linear circuit has the sum of two powers; ensembles went on with the sinusoid of the burn-in,
+    """A linear circuit has the sum of two powers; ensembles kept the sinusoid of the burn-in,
     so that its amplitude had a sensitivity of 0."""
     device = hv.Oscillator(mass="40 g", stiffness=16.0, damping=0.8)
     plate = replace(on_plate(tmp_path, "Rload p n 500k"), oscillator=device)
