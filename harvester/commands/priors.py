@@ -1,7 +1,7 @@
 """The options --prior and --known, by which commands choose the spreads of a real device."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import cloup
 
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from harvester.uncertainty.value import Value
 
 POINT = "be NAME=POINT, such as open_circuit_voltage='21 V at 0.25 g'"
+Origins: TypeAlias = tuple[str | None, Sequence[str], Sequence[str]]
 KNOWN = "be QUANTITY=ORIGIN, such as damping=measured"
 
 
@@ -47,22 +48,23 @@ def point_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def prediction_of(
-    scene: "Scene",
-    computed: "Value",
-    seed: int,
-    prior: str | None,
-    known: Sequence[str],
-    points: Sequence[str] = (),
+    scene: "Scene", computed: "Value", seed: int, origins: Origins, seconds: float | None = None
 ) -> "Prediction":
-    """The prediction of a real device whose power was ``computed`` as the scene is written."""
+    """The prediction of a real device whose power was ``computed`` as the scene is written.
+
+    ``origins`` are the values of --prior, --known and --points; ``seconds`` is the time of all
+    devices, if they are `predicted_in_time`.
+    """
     from harvester.machine.bars import Bar
     from harvester.machine.execution import Execution
     from harvester.studies.prediction.predict import predict
     from harvester.studies.prediction.priors import DEFAULT_CLASS
 
+    prior, known, points = origins
     with Bar("prediction", shorter="") as bar:
         return predict(
             scene,
+            runs=None if seconds is None else f"{seconds} s",
             prior=DEFAULT_CLASS if prior is None else prior,
             known=pairs_of("--known", known, KNOWN),
             seed=seed,
@@ -70,6 +72,15 @@ def prediction_of(
             computed=computed,
             execution=Execution(progress=bar),
         )
+
+
+def predicted_in_time(scene: "Scene") -> bool:
+    """Whether a prediction's devices can have a time limit: those of a netlist without a quick engine."""
+    from harvester.equations.problem import Problem
+    from harvester.studies.tolerance.circuit_study import is_study_of_circuit
+    from harvester.studies.tolerance.samples import cheapest
+
+    return is_study_of_circuit(cheapest(Problem.of(scene))())
 
 
 def check_alone(

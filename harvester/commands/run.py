@@ -1,23 +1,32 @@
 """The command `harvester run`."""
 
 import dataclasses
+import math
 from typing import TYPE_CHECKING, Any
 
 import cloup
 
 from harvester.commands.formula_meanwhile import formula_meanwhile
 from harvester.commands.options import engine_option, json_option, probe_option, sampling
-from harvester.commands.priors import check_alone, point_options, prediction_of, prior_options
+from harvester.commands.priors import (
+    check_alone,
+    point_options,
+    predicted_in_time,
+    prediction_of,
+    prior_options,
+)
 from harvester.commands.reports import report_option
 from harvester.commands.study import Output, study_command
 from harvester.errors import SimulationError
 
 if TYPE_CHECKING:
     from harvester.answers.estimate import Estimate
+    from harvester.commands.priors import Origins
     from harvester.scene.scene import Scene
+    from harvester.studies.prediction.prediction_result import Prediction
     from harvester.studies.sensitivity import Sensitivity
 
-LEAST = 1.0  # s of a budget, for the sensitivity at least
+LEAST = 1.0  # s of a budget, for the sensitivity and for a prediction at least
 # of a budget, for the power itself, which has all of a shorter one (s): the rest is for that
 SHARE, SHORT = 0.3, 5.0
 
@@ -71,7 +80,7 @@ SHARE, SHORT = 0.3, 5.0
         is_flag=True,
         help="Also report the power of a real device with its 95 % interval, by the priors of "
         "its class, and the measurement that narrows it most.  The error of the computation is reported separately. "
-        "A --budget is that of the scene as it is written, without these devices.",
+        "A --budget includes these devices if the engine for them is slow or compiled.",
     ),
     *prior_options("With --predict, the class of the device (default: bulk)"),
     point_options,
@@ -98,8 +107,9 @@ def run(
     check_alone(predict, prior, known, points)
     options["probe"] = probe or None
     budget = options["budget"]
-    if sensitivity and budget is not None:
-        options["budget"] = max(SHARE * budget, min(budget, SHORT))
+    is_in_time = predict and budget is not None and predicted_in_time(scene)
+    if sensitivity or is_in_time:
+        options["budget"] = _first_part(budget)
     if engine is None:
         engine = selection.default_engine(scene, **options)
     chosen = selection.engine(engine, **options)
@@ -119,16 +129,16 @@ def run(
         beside["extremes"] = extremes(scene, lifetime=lifetime, seed=options["seed"])
         if chosen.has_first_passages:
             beside["extremes_by_first_passages"] = extremes(scene, lifetime=lifetime, passages=True)
+    left = math.inf if budget is None else budget - answer.seconds
     if sensitivity:
-        beside["sensitivity"], answer = _with_sensitivities(scene, answer, budget)
+        beside["sensitivity"], answer = _with_sensitivities(
+            scene, answer, 0.5 * left if is_in_time else left
+        )
+        left -= getattr(beside["sensitivity"], "seconds", 0.0)
     if predict:
-        prediction = prediction_of(scene, answer.mean_power, options["seed"], prior, known, points)
-        beside["prediction"] = prediction
-        if budget is not None and answer.seconds + prediction.seconds > budget:
-            from harvester.presentation.diagnostic import warning
-
-            late = warning("prediction_beyond_budget", seconds=prediction.seconds)
-            answer = dataclasses.replace(answer, diagnostics=(*answer.diagnostics, late))
+        beside["prediction"], answer = _with_prediction(
+            scene, answer, options["seed"], (prior, known, points), left, is_in_time
+        )
     output.show(
         answer,
         (),
@@ -144,18 +154,39 @@ def run(
     )
 
 
+def _first_part(budget: float | None) -> float | None:
+    """The time of a budget (s) for the power itself."""
+    return None if budget is None else max(SHARE * budget, min(budget, SHORT))
+
+
 def _with_sensitivities(
-    scene: "Scene", answer: "Estimate", budget: float | None
+    scene: "Scene", answer: "Estimate", left: float
 ) -> "tuple[Sensitivity | None, Estimate]":
-    """The sensitivities in the rest of a budget, and the answer, with a warning if there are none."""
-    from harvester.presentation.diagnostic import warning
+    """The sensitivities in the time ``left`` (s), and the answer, with a warning if there are none."""
     from harvester.studies.sensitivity import sensitivity
 
-    left = None if budget is None else max(budget - answer.seconds, LEAST)
+    part = None if math.isinf(left) else max(left, LEAST)
     try:
-        return sensitivity(scene, budget=left), answer
+        return sensitivity(scene, budget=part), answer
     except SimulationError as error:
-        if left is None:
+        if part is None:
             raise
-        missing = warning("no_sensitivity", left=left, why=str(error))
-        return None, dataclasses.replace(answer, diagnostics=(*answer.diagnostics, missing))
+        return None, _warned(answer, "no_sensitivity", left=part, why=str(error))
+
+
+def _with_prediction(
+    scene: "Scene", answer: "Estimate", seed: int, origins: "Origins", left: float, is_in_time: bool
+) -> "tuple[Prediction, Estimate]":
+    """The prediction, in the time ``left`` (s) if it can be, and the answer, with a warning if it took longer."""
+    part = max(left, LEAST) if is_in_time else None
+    prediction = prediction_of(scene, answer.mean_power, seed, origins, part)
+    if not is_in_time and prediction.seconds > left:
+        answer = _warned(answer, "prediction_beyond_budget", seconds=prediction.seconds)
+    return prediction, answer
+
+
+def _warned(answer: "Estimate", code: str, **numbers: Any) -> "Estimate":
+    """The answer with one more warning."""
+    from harvester.presentation.diagnostic import warning
+
+    return dataclasses.replace(answer, diagnostics=(*answer.diagnostics, warning(code, **numbers)))

@@ -1,13 +1,13 @@
 """Normalised sensitivities of a netlist's power: its compiled circuit at two values of each key on the same noise.
 
-All ensembles continue from one burn-in, at a step of as many radians, on the noise that follows it,
+All ensembles continue from one burn-in, at a step of as many seconds, on the noise that follows it,
 so that the two powers of a key differ by the key alone.  With ln P a mean over trajectories,
 
     E+ = (ln P(1 + d) - ln P)/ln(1 + d),   E- = (ln P(1 - d) - ln P)/ln(1 - d),
 
 the normalised sensitivity at the key's value is between E- and E+ if it only grows or only falls from
 1 - d to 1 + d.  The value is the difference of the outer two, exact for any power law, and half of
-|E+ - E-| its step error, plus that of the power's time step, relative.
+|E+ - E-| its step error, plus that of the power at the ensembles' time step, relative.
 """
 
 import math
@@ -22,13 +22,16 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.engines.compiled import Compiled
 from harvester.engines.power_slopes import quantities, value_of
+from harvester.equations.coefficients import Equations
+from harvester.equations.impact_order import STRONG, step_order
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.mechanics.ensemble.burn_in import burn_in
-from harvester.mechanics.ensemble.richardson import compile_pair
+from harvester.mechanics.ensemble.richardson import LEFT, compile_pair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.trajectory_batch import BATCH
+from harvester.presentation.messages.unknown_parts import WELLS
 from harvester.storage.held_stores import enough_runs
 from harvester.studies.power_differences import PowerDifferences, check_power, largest_change
 from harvester.uncertainty.controls import controlled_entries
@@ -64,7 +67,7 @@ def by_ensembles(
 ) -> PowerDifferences:
     """The normalised sensitivity d ln P/d ln key in each key, from ensembles on the same noise.
 
-    ``power`` is the scene's mean power, for its relative time-step error.  A key that cannot be
+    ``power`` is the scene's mean power, for its relative time-step error (`_step_error`).  A key that cannot be
     larger, such as a restitution of 1, is not varied.  Keys for which there is no time until
     ``deadline`` (s, of `time.monotonic`) are left, and one without an answer has its error.
 
@@ -78,7 +81,7 @@ def by_ensembles(
         if (change := largest_change(problem, key, value))
     ]
     settled = _Settled(problem, deadline)
-    step_error = abs((power.bias or 0.0) / power.value)
+    step_error = _step_error(problem.equations, power)
     done = PowerDifferences()
     seconds = 0.0
     for k, (key, value, change) in enumerate(known):
@@ -94,11 +97,18 @@ def by_ensembles(
         except HarvesterError as error:
             done.failed[key] = error
         else:
-            bias = (slope.bias or 0.0) + step_error
-            done.by_key[key] = value, replace(slope, bias=bias).with_unknown(Compiled.UNKNOWN)
+            slope = replace(slope, bias=(slope.bias or 0.0) + step_error)
+            slope = slope.with_unknown(settled.unknown).with_unknown(Compiled.UNKNOWN)
+            done.by_key[key] = value, slope
             seconds = max(seconds, pair.least_seconds)
         report((k + 1) / len(known))
     return done
+
+
+def _step_error(eqs: Equations, power: Value) -> float:
+    """The relative step error of the ensembles: the ``power`` of a `RichardsonPair` is extrapolated."""
+    is_extrapolated = step_order(eqs) >= STRONG and not eqs.is_shaken_otherwise
+    return abs((power.bias or 0.0) / power.value) / (LEFT if is_extrapolated else 1.0)
 
 
 @dataclass
@@ -117,6 +127,7 @@ class _Settled:
         )
         compile_pair(first, budget)
         burn_in(first, budget)
+        self.unknown = "" if first.hopping is None else WELLS
         self.together = first.together
         self.count = count
         self.h = first.h
@@ -134,11 +145,20 @@ class _Settled:
             self.h * ratio,
             circuit=model.circuit,
             controlled=True,
-            origin=self.origin,
+            origin=self._origin_of(problem.equations),
         )
         ensemble.run(SETTLING * self.time * ratio)
         watts = problem.units.watts * (problem.equations.beta or 0.0)
         return _Continued(ensemble, self.time * ratio, watts)
+
+    def _origin_of(self, eqs: Equations) -> tuple[Any, Any, Any]:
+        """The states at the end of the burn-in, with a sinusoid of the amplitude in ``eqs``."""
+        state, shaking, words = self.origin
+        before = self.problem.equations.drive
+        if before is not None and eqs.drive is not None:
+            shaking = shaking.copy()
+            shaking[:, -2:] *= eqs.drive / before
+        return state, shaking, words
 
     @cached_property
     def unchanged(self) -> "_Continued":

@@ -8,7 +8,10 @@ import pytest
 import harvester as hv
 from harvester.equations.problem import Problem
 from harvester.errors import InputError
-from harvester.studies.circuit_sensitivity import keys_with_elements
+from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.richardson import RichardsonPair
+from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.studies.circuit_sensitivity import ROOT, by_ensembles, keys_with_elements
 from harvester.studies.tolerance.spreads import parse
 from tests.support.netlists import BRIDGE, STORE, on_plate
 
@@ -115,6 +118,56 @@ def test_under_a_sinusoid_the_elasticities_are_those_of_periodic_responses(tmp_p
     assert all(slope.stderr in (None, 0.0) and slope.bias is not None for slope in of.values())
     for value, right, error in sums(found):
         assert abs(value - right) < error < 0.15
+
+
+@pytest.mark.ngspice
+def test_noise_and_a_sinusoid_have_the_elasticities_of_their_powers(tmp_path):
+    """A linear circuit has the sum of two powers; ensembles kept the sinusoid of the burn-in,
+    so that its amplitude had a sensitivity of 0."""
+    device = hv.Oscillator(mass="40 g", stiffness=16.0, damping=0.8)
+    plate = replace(on_plate(tmp_path, "Rload p n 500k"), oscillator=device)
+    alone = hv.Excitation(acceleration_amplitude="0.2 m/s^2", frequency="3.1 Hz")
+    noise = replace(alone, acceleration_psd="3e-5 g^2/Hz")
+    found = hv.sensitivity(replace(plate, excitation=noise))
+    of = dict(zip(found.keys, found.elasticities, strict=True))
+    sinusoid = hv.Compiled().run(replace(plate, excitation=alone)).mean_power
+    part = sinusoid.value / found.mean_power.value
+    assert 0.2 < part < 0.8
+    for key, right in (("acceleration_amplitude", 2.0 * part), ("acceleration_psd", 1.0 - part)):
+        slope = of[f"excitation.{key}"]
+        error = slope.bias + 2.0 * (
+            slope.sampling95 + found.mean_power.sampling95 / found.mean_power.value
+        )
+        assert abs(slope.value - right) < error < 0.15
+
+
+@pytest.mark.thorough("test_every_element_is_a_key")
+def test_rare_transitions_between_wells_leave_the_elasticities_unknown(tmp_path):
+    """The share of each well changes with a key, but hardly a trajectory leaves the well of its start."""
+    wells = hv.Oscillator(
+        mass="40 g", stiffness=-16.0, quadratic_stiffness=4e3, cubic_stiffness=1e8, damping=0.2
+    )
+    noise = hv.Excitation(acceleration_psd="1e-6 g^2/Hz")
+    scene = replace(on_plate(tmp_path, "Rload p n 500k"), oscillator=wells, excitation=noise)
+    done = by_ensembles(Problem(scene), hv.Value(1e-6, bias=0.0), lambda _: None)
+    assert done.by_key and not done.failed
+    assert all("the share of each well" in slope.unknown for _, slope in done.by_key.values())
+
+
+@pytest.mark.thorough("test_every_element_is_a_key")
+def test_the_step_error_is_that_of_the_ensembles(tmp_path):
+    """The power is extrapolated to a step of 0, and its step error is a quarter of theirs."""
+    damped = hv.Oscillator(mass="40 g", stiffness=16.0, damping=0.05)
+    problem = Problem(replace(on_plate(tmp_path, LINEAR), oscillator=damped))
+    engine = hv.Compiled(within=0.01, judged=False)
+    circuit = engine.model(problem).circuit
+    ensemble = Trajectories(problem.equations, 128, ROOT, circuit=circuit, controlled=True)
+    burn_in(ensemble)
+    pair = RichardsonPair(ensemble, ensemble.time)
+    bias, error = pair.relative_bias("load")
+    assert pair.extrapolates and 4.0 * error < bias
+    done = by_ensembles(problem, engine.run(problem).mean_power, lambda _: None)
+    assert all(slope.bias > 2.0 * bias for _, slope in done.by_key.values())
 
 
 @pytest.mark.thorough("test_every_element_is_a_key")

@@ -66,7 +66,7 @@ def predict(
     known: Mapping[str, str] | None = None,
     engine: Named | None = None,
     samples: int = SAMPLES,
-    runs: int | None = None,
+    runs: int | str | None = None,
     seed: int = 0,
     points: Mapping[str, str] | None = None,
     computed: Value | None = None,
@@ -89,9 +89,9 @@ def predict(
         "measured" or "given", of the frequency also "tuned".
     engine : Engine or str, optional
         an engine or its name for the devices, by default that of `tolerance`.
-    samples, runs : int, optional
+    samples, runs : int or str, optional
         the number of devices behind the polynomials, and the number of them that the engine
-        computes, as of `tolerance`.
+        computes, or for a netlist the time of all, such as "30s", as of `tolerance`.
     seed : int, default 0
         the same seed, the same devices.
     points : mapping, optional
@@ -141,7 +141,7 @@ def predict(
             engine=engine,
             samples=samples,
             runs=runs,
-            checks=0 if engine is not None else None,
+            checks=0 if engine is not None and not isinstance(runs, str) else None,
             seed=seed,
             execution=execution,
         )
