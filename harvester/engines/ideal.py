@@ -103,7 +103,7 @@ class Ideal(Ensemble):
 
     @property
     def runs_together(self) -> bool:
-        """Whether scenes may run side by side: without the reference of each, who compares paths."""
+        """Whether scenes may run side by side: without the reference of each, which compares trajectories."""
         return not self.judged
 
     def remarked(self, answer: Estimate, problem: Problem) -> Estimate:
