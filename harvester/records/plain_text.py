@@ -11,7 +11,7 @@ from harvester.errors import InputError, shown
 _ARROW = re.compile(r"(?m)^[ \t]*(\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?) -> ")
 _DELIMITER = re.compile(r"(?m) -> .*?\d\s*([\t;,])")
 _UNIVERSAL = re.compile(r"\s*-1\s*\r?\n\s*(\d{1,4})b?\b")
-# separators of thousands beside a decimal sign, or spaces, which no single number has
+# separators of thousands next to a decimal sign, or spaces, which no single number has
 _THOUSANDS = re.compile(
     r"[+-]?[1-9]\d{0,2}(?:(?:,\d{3})+\.\d+|(?:\.\d{3})+,\d+|(?:[\u00a0\u202f' ]\d{3})+(?:[.,]\d+)?)"
 )
