@@ -52,7 +52,7 @@ class MeanOverPaths:
             if power.known_error95 <= within * abs(mean):
                 return power, True
             # Trajectories of both steps part at impacts: a change that sampling may explain needs
-            # paths.
+            # more of them.
             if abs(change.value) > max(change.sampling95, power.sampling95) or not has_noise:
                 if self.halvings == MOST_HALVINGS or self._is_longest:
                     return power, False

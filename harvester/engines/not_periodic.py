@@ -10,7 +10,7 @@ from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
 from harvester.presentation.diagnostic import Diagnostic, note
 
-PERIODS = 100.0  # of the excitation: a circuit that takes longer stores charge, the likely cause
+PERIODS = 100.0  # of the excitation: storage that settles more slowly is the likely cause
 SWITCHES, PASSIVE = "sw", "rcldkv"  # letters of elements; all others may amplify
 
 

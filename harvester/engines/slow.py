@@ -59,8 +59,8 @@ class Slow(Request, Engine):
     ------
     CannotServeError
         for a load without a bridge of diodes at the electrodes, elements that no compiled circuit
-        has, and excitation other than a harmonic excitation, or than white or coloured noise of a
-        mass with one resting place.
+        has, and excitation that is neither harmonic nor white or coloured noise of a mass with one
+        resting place.
     UnboundedResponseError
         if the response grows without bound.
     """

@@ -1,7 +1,7 @@
 """E[x^2] and E[V^2] of the linear equations under non-white excitation: sums over lines, integrals over densities.
 
     lines     a harmonic excitation, a record    sum of |H|^2 p over their frequencies and powers
-    density   coloured, band-pass, table    integral of |H|^2 G df,  G one-sided
+    density   coloured, band-pass, table         integral of |H|^2 G df,  G one-sided
 
 The integral is over u = ln f, in which power laws are exponentials, by Gauss and Legendre on panels
 that halve towards the poles of H and of the filter, however near the axis: they converge to

@@ -1,4 +1,4 @@
-"""The mechanics: the step of the coupled equations, compiled, for many trajectories or one trajectory."""
+"""The mechanics: the step of the coupled equations, compiled, for many trajectories or one."""
 
 import importlib
 import sys

@@ -52,8 +52,8 @@ FILES = ("acceleration_file", "acceleration_psd_file")  # keys of the excitation
 class Oscillator(SceneTable):
     """Mass, spring and damper of the harvester, in coordinates relative to the base.
 
-        mass X'' + (damping + damping_x2 X^2 + damping_x4 X^4 + damping_v |X'|) X' + F(X) = -mass
-        a(t) - theta v
+        mass X'' + (damping + damping_x2 X^2 + damping_x4 X^4 + damping_v |X'|) X' + F(X)
+            = -mass a(t) - theta v
 
         F(X) = stiffness X + quadratic_stiffness X^2 + cubic_stiffness X^3 - ceramic_softening X |X|
 

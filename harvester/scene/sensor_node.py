@@ -75,7 +75,7 @@ class Storage(SceneTable):
 
 
 def _check_store(store: Storage) -> None:
-    """Refuse a storage capacitor that is neither a capacitor nor a battery, or lacks half of its keys."""
+    """Refuse storage that is neither a capacitor nor a battery, or lacks half of its keys."""
     if (store.capacitance is None) == (store.battery_voltage is None):
         has = "neither is" if store.capacitance is None else "both are"
         raise InputError(

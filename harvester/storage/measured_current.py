@@ -255,7 +255,7 @@ def measured(
     runs: int | None = None,
     power: float = 1.0,
 ) -> Currents:
-    """I(V) of a problem's rectifier with a held storage, at ``count`` voltages from 0 to ``top`` or the open circuit's.
+    """I(V) of a rectifier with the storage held, at ``count`` voltages from 0 to ``top`` or the open circuit's.
 
     They are closer to each other at the bottom with a ``power`` above 1.  Under a drive it is
     extrapolated from two steps of the compiled circuit.  Under noise it is that of the circuit of

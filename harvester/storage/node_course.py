@@ -29,7 +29,7 @@ class NodeCourse:
     the outage that is asked for, ``survived`` whether that is at least the outage, and
     ``outage_packets`` are those that it sends in it; 0 each if none is asked for.
 
-    Points of the course are until it repeats itself.  ``hours`` has the packets of each hour,
+    Points of the course end when it repeats itself.  ``hours`` has the packets of each hour,
     evenly from there on. ``intervals`` are the mean times (s) between packets in bins, and how many
     there were, shape (2, n), ascending; ``last`` is the time of the last packet.  In the mean of
     several courses numbers are not whole ones.

@@ -168,7 +168,7 @@ class NodeRun:
 
     @property
     def farads(self) -> float:
-        """The capacitance (F) of the storage capacitor, or a battery's charge over its voltage."""
+        """The capacitance (F) of the storage, or a battery's charge over its voltage."""
         store = self.storage
         return (
             store.farads

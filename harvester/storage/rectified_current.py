@@ -101,7 +101,7 @@ class RectifiedCurrent(MeanCurrent):
 
     @property
     def start(self) -> float:
-        """How long (s) after rest an empty storage gets nothing, so that the ring-up's charge is not given."""
+        """How long (s) after rest empty storage gets nothing, so that the ring-up's charge is not given."""
         return self.ring_up / float(self.current[0]) if self.current[0] > 0.0 else math.inf
 
     @property

@@ -82,7 +82,7 @@ class Supply:
         )
 
     def wake(self, table: RectifiedCurrent, farads: float) -> float:
-        """How long (s) an empty storage of so many farads needs until the voltage is there; infinite if it never is."""
+        """How long (s) empty storage of so many farads needs until the voltage is there; infinite if it never is."""
         if self.chip is None:
             return _time(table, self.voltage, farads)
         if self.chip.ratio is None:

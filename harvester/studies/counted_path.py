@@ -24,7 +24,7 @@ LONGEST_WINDOW = 128  # pairs of windows that the trajectory has at least
 
 
 def longer_path(path: Motion, problem: Problem, seed: int) -> Motion:
-    """A trajectory of about `STEPS` steps, of the same scene as a shorter path."""
+    """A trajectory of about `STEPS` steps, of the same scene as a shorter one."""
     span = STEPS * path.step * path.shown / float(path.time[-1])
     return motion(problem, duration=max(span, path.shown), seed=seed)
 

@@ -91,7 +91,7 @@ def _of_alike_shaking(
     wake: float,
     effort: Effort,
 ) -> Known:
-    """The same for steady excitation: for a storage capacitor of ``farads``, 0 for a battery, or a ``tracking`` chip's.
+    """The same for steady excitation: for storage of ``farads``, 0 for a battery, or a ``tracking`` chip's.
 
     A battery holds its voltage as the measurement does; under noise a chip's law is run next to the
     mean currents.

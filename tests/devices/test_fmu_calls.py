@@ -1,8 +1,12 @@
 """Calls in any order with any arguments: each has a status, bad ones not OK, and nothing crashes or hangs."""
 
+import runpy
+
 import pytest
 
+import harvester as hv
 from tests.support import fmu
+from tests.support.paths import EXAMPLES
 
 pytest.importorskip("fmpy")
 pytest.importorskip("ziglang")
@@ -201,6 +205,32 @@ def sequence(seed):
 random_of, h0 = random.Random, h
 print(json.dumps([fault for seed in range(SEEDS) for fault in sequence(seed)]))
 """
+# Instances of several threads, each made, stepped and freed many times
+THREADS = """
+import concurrent.futures
+def course(_):
+    one = instance()
+    began, t = begin(one), 0.0
+    for _ in range(20):
+        status, t = step(one, t, 0.01)
+    ended = got(one, [number["displacement"], number["voltage"]])
+    free(one)
+    return began, ended, one.value
+alone = course(0)
+with concurrent.futures.ThreadPoolExecutor(8) as pool:
+    courses = list(pool.map(course, range(400)))
+same = all(each[:2] == alone[:2] for each in courses)
+print(json.dumps([alone[1], same, len({place for *_, place in courses})]))
+"""
+
+
+def test_instances_of_several_threads_do_not_meet():
+    """Each has its own memory, of which there are no more places than threads."""
+    (status, values), same, places = fmu.run(fmu.built(), BARE + THREADS)
+    assert status == 0
+    assert all(abs(value) > 0.0 for value in values)
+    assert same
+    assert 1 <= places <= 9
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
@@ -218,6 +248,20 @@ def test_a_wrong_call_has_a_status(fmi):
 def test_a_slope_out_of_range_is_refused():
     """One of 1e200 m/s^3 was accepted, and its state then refused."""
     assert fmu.run(fmu.built(), BARE + WRONG_OF_2) == [0, 2, 2, 0]
+
+
+def test_a_slope_of_a_model_is_refused(tmp_path):
+    """A model has no base: with the largest reference the place of the slope's range was undefined."""
+    example = runpy.run_path(str(EXAMPLES / "beam_with_stop.py"))
+    path = tmp_path / "beam.fmu"
+    names = {"port": example["PIEZO"], "start": example["START"], "load": example["LOAD"]}
+    hv.export(example["Beam"](), path, step="50 us", **names)
+    code = """
+one = instance()
+place, order = (C.c_uint * 1)(0xFFFFFFFF), (C.c_int * 1)(1)
+print(json.dumps(call("SetRealInputDerivatives", one, place, size(1), order, (C.c_double * 1)(0.0))))
+"""
+    assert fmu.run(path, BARE + code) == 3
 
 
 @pytest.mark.parametrize("fmi", [2, 3])

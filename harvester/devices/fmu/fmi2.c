@@ -187,8 +187,8 @@ API fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueRefer
     if (n && (!r || !order || !x)) return fmi2Error;
     Data *d = &((Part *)c)->data;
     for (size_t k = 0; k < n; k++) {
-        if (r[k] != V_BASE || order[k] != 1) return fmi2Error;
-        if (!(fabs(x[k]) <= VARIABLE[V_BASE].most)) return fmi2Discard;
+        if (V_BASE < 0 || r[k] != V_BASE || order[k] != 1) return fmi2Error;
+        if (!(fabs(x[k]) <= VARIABLE[V_BASE < 0 ? 0 : V_BASE].most)) return fmi2Discard;
         d->slope = x[k];
     }
     return fmi2OK;

@@ -20,7 +20,7 @@ from harvester.mechanics.kernels.equation_of_motion import (
 )
 from harvester.mechanics.kernels.ideal_circuit import Store
 from harvester.mechanics.kernels.intervals import interval
-from harvester.mechanics.kernels.offset_stops import kick_at_stops
+from harvester.mechanics.kernels.offset_stops import kick_at_stops, wall_of
 from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.part.outside_forces import (
     Outside,
@@ -145,14 +145,16 @@ def _circuit_energy(m, before, end, t, c):
 def out_of_piezo(m, end, t, c):
     """The energy out of the piezo into a circuit in a drift of t from m to its ``end``, over beta.
 
-    It is the work of the mass against the voltages of the kicks at both ends, less the growth of
-    V^2/2. With white noise and an impact that work has the speeds of both kicks, as that of the
-    excitation has: a switch acts in the same drift, so that V has another sign on the way back.
+    It is the work of the mass against the voltages of the kicks at both ends, with the speeds of
+    both, less the growth of V^2/2. An impact without white noise adds the work of the voltage at
+    the stop (`harvester.mechanics.kernels.equation_of_motion.push`) along the rest of the way. A
+    switch acts in the same drift, so that V has another sign on the way back.
     """
     s1, _, did = end
-    work = 0.5 * (m.V + s1.V) * (s1.x - m.x)
-    if c.n1 is not None and did.number > 0.0:
-        work = 0.5 * t * (m.V * m.v + s1.V * s1.v)
+    work = 0.5 * t * (m.V * m.v + s1.V * s1.v)
+    if c.r is not None and c.n1 is None and did.number > 0.0:
+        at_stop = m.V - (m.x - wall_of(did.speed, c))
+        work += at_stop * (s1.x - m.x - 0.5 * t * (m.v + s1.v))
     return work - 0.5 * (s1.V * s1.V - m.V * m.V)
 
 

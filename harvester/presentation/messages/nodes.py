@@ -44,7 +44,7 @@ def _node_answer(
 
 
 def _verdict(longer: float, error: float, survived: float | None) -> str:
-    """Whether a storage outlasts an outage: by its mean time, or in a part of the cases under noise."""
+    """Whether the storage outlasts an outage: by its mean time, or in a part of the cases under noise."""
     if survived is not None and 0.0 < survived < 1.0:
         return f"in {in_percent(survived, '.0f')} of cases"
     if abs(longer) < error:

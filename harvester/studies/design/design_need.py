@@ -17,7 +17,7 @@ MOST_VOLTS = 1000.0
 
 @dataclass(frozen=True)
 class DesignNeed:
-    """A ``power`` (W) at a ``voltage`` (V), ``wake`` s after an empty storage, and ``limits``; and how it was written.
+    """A ``power`` (W) at a ``voltage`` (V), ``wake`` s after empty storage, and ``limits``; and how it was written.
 
     ``packet`` is the energy (J) of a node's packet at the storage capacitor, ``stop`` the voltage
     that the storage capacitor must keep then.  The node's ``supply`` is the voltage (V) of its

@@ -109,8 +109,8 @@ def response(
         a `Scene` with a harmonic excitation, or the path of a scene file.
     sweep : str or list of float
         frequencies in Hz (nondimensional scene: rad), or a text FROM:TO:COUNT such as "3Hz:9Hz:61".
-         With a text, a response in closed form has more points than that: its peak, its half-power
-         points and some between.
+        With a text, a response in closed form has more points than that: its peak, its half-power
+        points and some between.
     seed : int, default 0
         the same seed, the same noise.
     tick : callable, optional
