@@ -83,7 +83,7 @@ class _Path:
         self.farads = 0.0  # of Csmooth
         self.known: list[Known] = []  # of the runs that ended
         period = device.eqs.shaking_period
-        assert period is not None, "the engine asks for a steady drive"
+        assert period is not None, "the excitation repeats itself"
         self.size = round(period / device.h)  # kicks in a period
         self.phase = round(phase * self.size) / self.size
         self.shaking = forcing(device.eqs, device.h, self.size)

@@ -97,7 +97,7 @@ def same_motion_means(
     """
     circuit = device.compiled
     noise = three_point_grid(seed, n_steps)
-    assert circuit is not None, "of a compiled circuit"
+    assert circuit is not None, "the circuit is compiled"
     shaking = forcing(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
     (motion, state) = circuit.begun(device.eqs, start)
     reference = circuit.trace(

@@ -17,7 +17,7 @@ _STAMPED = re.compile(r"(?m) -> (.*\d.*)$")  # the first line with numbers behin
 _UNIVERSAL = re.compile(
     r"\s*-1\s*\r?\n\s*(\d{1,4})b?\b(?![.,])[^\n]*\n(?!\s*[-+.,\deE]*\s*(?:\n|$))"
 )
-# separators of thousands beside a decimal sign, or spaces, which no single number has
+# separators of thousands next to a decimal sign, or spaces, which no single number has
 _THOUSANDS = re.compile(
     r"[+-]?[1-9]\d{0,2}(?:(?:,\d{3})+\.\d+|(?:\.\d{3})+,\d+|(?:[\u00a0\u202f' ]\d{3})+(?:[.,]\d+)?)"
 )

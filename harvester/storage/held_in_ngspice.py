@@ -153,7 +153,7 @@ def _gains(
     eqs = device.eqs
     h = device.h
     circuit = device.compiled
-    assert circuit is not None, "of a compiled circuit"
+    assert circuit is not None, "the circuit is compiled"
     if piece is None:
         unit = time_constant(eqs)
         repeat = eqs.shaking_period

@@ -36,11 +36,11 @@ from harvester.uncertainty.paired_difference import difference95
 from harvester.uncertainty.value import Value
 
 ROOT = np.random.SeedSequence(11)
-# of the burn-in's time: an ensemble whose key has changed by 5 % settles again in
+# part of the burn-in's time: an ensemble whose key has changed by 5 % settles again in
 SETTLING = 0.5
-# of the burn-in's time: the windows of a mean, until its error is small
+# parts of the burn-in's time: the windows of a mean, until its error is small
 WINDOWS = (0.25, 0.25, 0.25, 0.25, 0.5, 0.5, 1.0, 1.0)
-SMALL = 0.01  # sampling error of a sensitivity (95 %) that is aimed at, of the larger of it and 1
+SMALL = 0.01  # sampling error of a sensitivity (95 %) that is sought, of the larger of it and 1
 
 
 _Entries: TypeAlias = tuple[Floats, Floats | None]  # of trajectories, and their controls

@@ -30,8 +30,8 @@ from harvester.uncertainty.value import Value
 
 DEFAULT_WITHIN = 1e-6  # the relative error of E[V^2] that is aimed at
 BY_FORMULA = 1e-5  # first relative change of a key whose power is a formula, far within a resonance
-JUDGED = 0.5  # of a budget: for the power of a circuit with its error
-WITHIN = 0.01  # relative error of the power of a compiled circuit that is aimed at
+JUDGED = 0.5  # fraction of a budget: for a circuit's power with its error
+WITHIN = 0.01  # relative power error of a compiled circuit that is sought
 
 
 class Sensitivity(TableResult):

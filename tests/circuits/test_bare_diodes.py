@@ -147,7 +147,7 @@ def test_what_rails_get_as_a_whole_has_nothing_of_the_store(tmp_path):
 
 
 def integrated(card, farads, seconds):
-    """V of the storage capacitor at the end, and the mean power of the load (W), from rest: by a stiff integrator."""
+    """V of the storage capacitor at the end, and the load power (W), from rest: by a stiff integrator."""
     saturation, n = card
     w = 2.0 * math.pi * HERTZ
     law = interpreted(diode)

@@ -90,7 +90,7 @@ def test_ledger(scene_of, name):
 
 @pytest.mark.parametrize("name", ["parallel_sshi", "sece"])
 def test_ledger_under_noise(name):
-    """A switch that acts in the drift of an impact: to 1e-4, where 2.4e-3 were missing in the energy of the load."""
+    """A switch that acts in the drift of an impact: to 1e-4; 2.4e-3 were missing in the energy of the load."""
     found = fmu.run(fmu.built(f"plate_{name}.toml"), END)
     lost = sum(found[f"{kind}_energy"] for kind in ("load", "damping", "impact", "stored"))
     assert found["impacts"] > 100

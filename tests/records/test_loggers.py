@@ -205,7 +205,7 @@ def test_a_summary_that_nothing_reports_is_refused(tmp_path):
 
 
 def test_a_start_of_dates_among_the_settings(tmp_path):
-    """A cell that is no date, in a column that begins with one, was an internal error."""
+    """A cell other than a date, in a column that begins with one, was an internal error."""
     path = tmp_path / "a.csv"
     path.write_text("2031-04-10;11:59:55;1.0\nx;11:59:56;1.0\n2031-04-10;11:59:57;1.0\n" * 3)
     with pytest.raises(InputError, match="dates of the calendar"):

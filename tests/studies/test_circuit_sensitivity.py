@@ -95,7 +95,7 @@ def test_a_linear_circuit_has_the_elasticities_that_units_ask_for(tmp_path):
 @pytest.mark.ngspice
 @pytest.mark.parametrize("body", [LINEAR, BRIDGE.format("1N4148") + STORE])
 def test_the_error_that_is_aimed_at_is_reached(tmp_path, body):
-    """At 95 % each sampling error is 0.01 of the larger of 1 and the elasticity."""
+    """At 95 % each sampling error is 0.01 of the larger of 1 and the sensitivity."""
     found = hv.sensitivity(on_plate(tmp_path, body))
     sizes = [max(abs(slope.value), 1.0) for slope in found.elasticities]
     errors = [slope.sampling95 for slope in found.elasticities]

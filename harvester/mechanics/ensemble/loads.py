@@ -97,7 +97,7 @@ class Loaded(Protocol):
         """Go from the states of a block after a kick to x, x' and V half a step later."""
 
     def follow(self, state: Floats, noise: Floats, h: float, shaking: Floats | None) -> Path:
-        """One path on from a trajectory's ``state`` after a kick, shape (rows,), with a sample a kick.
+        """One trajectory on from a trajectory's ``state`` after a kick, shape (rows,), with a sample a kick.
 
         ``noise`` and ``shaking`` are as of `harvester.mechanics.trace.trace`, from that kick on.
         """
@@ -105,7 +105,7 @@ class Loaded(Protocol):
     def start(self, state: Floats) -> tuple[Any, ...]:
         """A trajectory's ``state``, shape (rows,), as the start of a run of ngspice.
 
-        x, x', V and the voltage of the store; and if there are any, as the fifth, a circuit's state
+        x, x', V and that of the storage capacitor; and if there are any, as the fifth, a circuit's state
         and y_2, ... and y_2', ... in one array.
         """
 
@@ -191,7 +191,7 @@ class WithResistor:
         mid_drift(batch, out, h, self.coefficients, self.circuit, shaker)
 
     def follow(self, state: Floats, noise: Floats, h: float, shaking: Floats | None) -> Path:
-        """One path on from a state after a kick."""
+        """One trajectory on from a state after a kick."""
         load = None
         if self.circuit is not None:
             held, switch = map(float, state[RESISTOR_ROWS:IDEAL_ROWS])
@@ -331,7 +331,7 @@ class WithCircuit(WithStore):
         self.kernels.mid_drift(state, out, h, self.eqs, shaker)
 
     def follow(self, state: Floats, noise: Floats, h: float, shaking: Floats | None) -> Path:
-        """One path on from a state after a kick, by the circuit's kernel."""
+        """One trajectory on from a state after a kick, by the circuit's kernel."""
         return self.kernels.trace(
             self.eqs,
             noise,

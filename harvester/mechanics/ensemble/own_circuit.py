@@ -8,7 +8,7 @@ from harvester.mechanics.kernels.path import Path
 from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.kernels.trajectory_batch import Batch, Schedule
 
-# rows of the mass: x, x', V, and the voltage of the store; a circuit's state is below them
+# rows of the mass: x, x', V, and that of the storage capacitor; a circuit's state is below them
 MASS_ROWS = 4
 
 

@@ -146,8 +146,8 @@ def out_of_piezo(m, end, t, c):
     """The energy out of the piezo into a circuit in a drift of t from m to its ``end``, over beta.
 
     It is the work of the mass against the voltages of the kicks at both ends, less the growth of
-    V^2/2. With white noise and an impact that work has the speeds of both kicks, as the shaking's
-    has: a switch acts in the same drift, so that V has another sign on the way back.
+    V^2/2. With white noise and an impact that work has the speeds of both kicks, as that of the
+    excitation has: a switch acts in the same drift, so that V has another sign on the way back.
     """
     s1, _, did = end
     work = 0.5 * (m.V + s1.V) * (s1.x - m.x)
