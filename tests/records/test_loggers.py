@@ -276,3 +276,20 @@ def test_a_part_with_other_columns_is_not_left_out(tmp_path):
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(InputError, match="2 names above 3 columns"):
         clean(str(tmp_path / "a.csv"), RecordFacts())
+
+
+@pytest.mark.parametrize(("zeros", "offset"), [(1, 1.0), (3, -1.0), (1, 0.0), (0, 1.0)])
+def test_zeros_before_the_first_sample_are_reported(tmp_path, harvester, zeros, offset):
+    """They gave a peak of 1 g without a word; --from begins behind them, and a signal about 0 has none."""
+    values = Z - Z.mean() + offset
+    values[:zeros] = 0.0
+    (tmp_path / "a.csv").write_text("time (s),z (g)\n" + rows(seconds(), values))
+    told = [w.code for w in clean(str(tmp_path / "a.csv"), RecordFacts()).warnings]
+    assert ("zeros_at_the_beginning" in told) == (zeros > 0 and offset != 0.0)
+    if "zeros_at_the_beginning" in told:
+        start = f"--from {zeros / RATE:g}"
+        answer = harvester("record", tmp_path / "a.csv")
+        assert start in answer[1] + answer[2]
+        status, out, _ = harvester("record", tmp_path / "a.csv", *start.split(), "--json")
+        found = json.loads(out)
+        assert (status, found["samples"], found["warnings"]) == (0, COUNT - zeros, [])
