@@ -131,7 +131,7 @@ def _whole_key(key: str, scene: Scene) -> str:
 
 def _refuse_unknown(key: str, scene: Scene) -> None:
     """InputError with the names that vary if the scene's netlist has neither a parameter nor an element of a key."""
-    if not key.startswith(PARAMETERS) or scene.load is None or scene.load.netlist is None:
+    if not (key.startswith(PARAMETERS) and scene.load and scene.load.netlist):
         return
     problem = Problem.of(scene)
     load = scene.varied({key: 1.0}).load
