@@ -236,7 +236,8 @@ def _included_file(name: str, line: Line, path: Path, root: Path, chain: tuple[P
     """The file that a line names, inside the folder ``root`` and not yet being read."""
     last = re.split(r"[\\/]", name)[-1]
     whose = "netlist's" if root == path.parent.resolve() else "scene's"
-    must = f"include a file in the {whose} folder (copy it there, and write .include {last})"
+    remedy = "copy it there" + (f", and write .include {last}" if last != name else "")
+    must = f"include a file in the {whose} folder ({remedy})"
     try:
         target = (path.parent / name.replace("\\", "/")).resolve(strict=True)
     except (OSError, RuntimeError, ValueError):

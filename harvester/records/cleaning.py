@@ -37,6 +37,7 @@ MOST_CLIPPED = 0.01  # of all samples
 CLIPPED_RUN = 3  # equal samples at an end of the range that are a clipped one
 # of the resolution: a run that the signal comes to by less may be its own rounded crest
 STEPS = 2.5
+OUTSIDE = 0.1  # distance of zeros from all other samples, relative to the range of these
 # from this share of half the rate on, this fraction of the power is much
 NEAR_NYQUIST, LOUD = 0.8, 0.1
 
@@ -170,6 +171,7 @@ def clean(path: str, facts: RecordFacts = NO_FACTS, part: Part | None = None) ->
     time, values = ascending(time[rows], values[rows], notes)
     rows = part.rows(time, values, notes)
     time, values = time[rows], values[rows]
+    _warn_of_zeros(time, values, warnings)
     stood = standstill(values)
     if stood is not None:
         warnings.append(stands_still(stood, time))
@@ -197,6 +199,19 @@ def stands_still(stood: Standstill, time: Floats) -> Diagnostic:
             "high": float(time[living[1] - 1] - time[0]),
         }
     return warning("stands_still", samples=stood.samples, share=stood.share, **at, **part)
+
+
+def _warn_of_zeros(time: Floats, values: Floats, warnings: list[Diagnostic]) -> None:
+    """Warn of zeros before the first sample, which are far outside the range of all others."""
+    others = np.flatnonzero(values != 0.0)
+    count = int(others[0]) if len(others) else 0
+    known = values[count:][np.isfinite(values[count:])]
+    if not 0 < count < FEWEST or not len(known):
+        return
+    outside = max(float(known.min()), -float(known.max()))
+    if outside > OUTSIDE * float(np.ptp(known)):
+        begin = float(time[count] - time[0])
+        warnings.append(warning("zeros_at_the_beginning", samples=count, begin=begin))
 
 
 def _refuse_clipped(values: Floats, warnings: list[Diagnostic]) -> None:

@@ -4,6 +4,7 @@ import itertools
 import math
 import re
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,14 @@ from harvester.arrays import Floats
 from harvester.errors import InputError, shown
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.records.clock_times import CLOCK, DATE, TIME_OF_DAY, seconds, together, with_fraction
-from harvester.records.csv_layout import Layout, cells, is_data, plain_lines, without_labels
+from harvester.records.csv_layout import (
+    MISSING,
+    Layout,
+    cells,
+    is_data,
+    plain_lines,
+    without_labels,
+)
 
 _PARTS_OF_SECOND = {
     "fractional": 1.0,
@@ -68,15 +76,14 @@ def _below(form: Layout, lines: Sequence[str]) -> list[str]:
     """The lines below the last row of data that begin with a word, as `Mean,0.01` of a summary."""
     if 0 in form.words:
         return []
-    return [
-        *itertools.takewhile(
-            lambda line: (
-                line[:1].isalpha()
-                and not is_data(cells(line, form.delimiter), form.decimal, form.words)
-            ),
-            reversed(lines),
-        )
-    ][::-1]
+    return [*itertools.takewhile(partial(_is_summary, form), reversed(lines))][::-1]
+
+
+def _is_summary(form: Layout, line: str) -> bool:
+    """Whether a line begins with a word, and is neither a row of data nor one of missing values."""
+    row = cells(line, form.delimiter)
+    missing = all(cell.lower() in MISSING for cell in row)
+    return line[:1].isalpha() and not missing and not is_data(row, form.decimal, form.words)
 
 
 def _is_remark_alone(form: Layout, line: str) -> bool:

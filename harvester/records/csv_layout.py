@@ -6,7 +6,6 @@ words in all rows, as a status, and a name may precede each number (`x: 0.12`).
 """
 
 import csv
-import io
 import itertools
 import re
 from collections import Counter
@@ -130,7 +129,8 @@ def _named(
     joined = _joined(header, rows, count)
     names = header.heads
     if labels and not any(names):
-        names = (*labels, *[""] * count)[:count]
+        before = 0 if _LABEL.match(form.rows[0].lstrip()) else max(count - len(labels), 0)
+        names = (*[""] * before, *labels, *[""] * count)[:count]
     kept = max(count - len(joined), len(names))
     blank = [""] * kept
     nameless = count > len(names) and any(any(row[len(names) :]) for row in rows)
@@ -150,12 +150,6 @@ def _is_remark(line: str) -> bool:
 def plain_lines(text: str) -> list[str]:
     """The lines that are neither empty nor comments."""
     return [line.rstrip() for line in text.splitlines() if line.strip() and not _is_remark(line)]
-
-
-def most_cells(text: str) -> int:
-    """The most cells that a line has whose layout is looked at."""
-    lines = itertools.islice(io.StringIO(text), 2 * LOOKED_AT)
-    return max((max(line.count(sign) for sign in ",;|\t") + 1 for line in lines), default=0)
 
 
 def without_labels(text: str) -> str:
@@ -200,11 +194,17 @@ def _width(rows: Sequence[Sequence[str]], data: Sequence[bool]) -> int:
 
 
 def _first(rows: Sequence[Sequence[str]], data: Sequence[bool]) -> int:
-    """The first row of data, of the common width if names follow shorter ones."""
+    """The first row of data, of the common width if single values of settings precede the names.
+
+    Two shorter rows in a row are data, and so are those below names of the common width.
+    """
     count = _width(rows, data)
     first = data.index(True)
     wide = next(k for k, row in enumerate(rows) if data[k] and len(row) == count)
-    return wide if not all(data[first:wide]) else first
+    named = any(len(row) == count for row in rows[:first])
+    pairs = itertools.pairwise(data[first:wide])
+    settings = not named and not all(data[first:wide]) and not any(map(all, pairs))
+    return wide if settings else first
 
 
 def _word_columns(rows: Sequence[Sequence[str]], decimal: str) -> frozenset[int]:
@@ -298,7 +298,7 @@ def _names_nothing(row: Sequence[str]) -> bool:
     """Whether a row below the names has neither names nor units, but limits or kinds of values."""
     words = [cell for cell in row if cell]
     kinds = all(cell.lower() in _KINDS for cell in words)
-    return kinds or (not row[0] and all(_is_number(cell, ".") for cell in words))
+    return not row[0] and (kinds or all(_is_number(cell, ".") for cell in words))
 
 
 def _may_name(row: Sequence[str], count: int, delimiter: str) -> bool:
@@ -308,7 +308,8 @@ def _may_name(row: Sequence[str], count: int, delimiter: str) -> bool:
     """
     if any(_DECIMAL.fullmatch(cell) for cell in row):  # a line of an oscilloscope's settings
         return False
-    if delimiter == " " and any(cell.endswith(":") for cell in row):  # a setting and its value
+    setting = any(cell.endswith(":") for cell in row[:-1]) and not row[-1].endswith(":")
+    if delimiter == " " and setting:  # a setting and its value
         return False
     if len(row) == count:
         return True

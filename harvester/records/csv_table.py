@@ -22,8 +22,8 @@ from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.quantities.kinds import Kind
 from harvester.quantities.units import LARGEST, prefix_factor
 from harvester.records.csv_cells import columns_of, refuse_ragged, rows_of
-from harvester.records.csv_layout import Layout, layout, most_cells
-from harvester.records.plain_text import decoded, refuse_forms
+from harvester.records.csv_layout import Layout, layout
+from harvester.records.plain_text import decoded, most_cells, refuse_forms
 from harvester.records.preamble import NOTHING, Preamble
 
 MOST_BYTES = 64_000_000

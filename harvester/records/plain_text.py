@@ -3,20 +3,28 @@
 A serial monitor writes ``11:59:55.010 -> 0.12,0.98``; its arrow becomes the file's delimiter.
 """
 
+import io
+import itertools
 import re
 from pathlib import Path
 
 from harvester.errors import InputError, shown
+from harvester.records.csv_layout import LOOKED_AT
 
 _ARROW = re.compile(r"(?m)^[ \t]*(\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?) -> ")
-_DELIMITER = re.compile(r"(?m) -> .*?\d\s*([\t;,])")
-_UNIVERSAL = re.compile(r"\s*-1\s*\r?\n\s*(\d{1,4})b?\b")
+_STAMPED = re.compile(r"(?m) -> (.*\d.*)$")  # the first line with numbers behind the arrow
+# -1, the number of a data set, and a line that is more than a number, as a column of numbers has
+_UNIVERSAL = re.compile(
+    r"\s*-1\s*\r?\n\s*(\d{1,4})b?\b(?![.,])[^\n]*\n(?!\s*[-+.,\deE]*\s*(?:\n|$))"
+)
 # separators of thousands next to a decimal sign, or spaces, which no single number has
 _THOUSANDS = re.compile(
     r"[+-]?[1-9]\d{0,2}(?:(?:,\d{3})+\.\d+|(?:\.\d{3})+,\d+|(?:[\u00a0\u202f' ]\d{3})+(?:[.,]\d+)?)"
 )
+_ROW = re.compile(r"\s*[\"']?[-+.,\d]")  # begins with a number, as neither settings nor remarks do
 _LOOKED_AT = 300  # lines that are searched
 _DELIMITERS = (";", "\t", "|")
+_BEHIND_ARROW = ("\t", ";", ",")  # else a space
 _QUOTED = re.compile(r'"([^"]*)"')
 
 
@@ -39,9 +47,17 @@ def _plain(text: str) -> str:
     if "\n" not in text:
         text = text.replace("\r", "\n")
     if _ARROW.match(text):
-        delimiter = _DELIMITER.search(text)
-        text = _ARROW.sub(rf"\1{delimiter[1] if delimiter else ','}", text)
+        stamped = _STAMPED.search(text)
+        behind = stamped[1] if stamped else ""
+        delimiter = next((sign for sign in _BEHIND_ARROW if sign in behind), " ")
+        text = _ARROW.sub(rf"\1{delimiter}", text)
     return text
+
+
+def most_cells(text: str) -> int:
+    """The most cells that a line has whose layout is looked at."""
+    lines = itertools.islice(io.StringIO(text), 2 * LOOKED_AT)
+    return max((max(line.count(sign) for sign in ",;|\t") + 1 for line in lines), default=0)
 
 
 def refuse_forms(text: str, path: str | Path, argument: str) -> None:
@@ -53,6 +69,8 @@ def refuse_forms(text: str, path: str | Path, argument: str) -> None:
             f"set {universal[1]}): export its times and values as CSV"
         )
     for number, line in enumerate(text.splitlines()[:_LOOKED_AT], 1):
+        if not _ROW.match(line):
+            continue
         quoted = _QUOTED.findall(line)
         split = [line.split(sign) for sign in _DELIMITERS if sign in line]
         for cell in (cell.strip() for row in (quoted, *split) for cell in row):

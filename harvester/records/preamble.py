@@ -6,7 +6,7 @@ Loggers, oscilloscopes and LabVIEW (.lvm) write lines of a name and its value th
 import itertools
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from harvester.quantities.kinds import FREQUENCY, TIME
 from harvester.quantities.units import split_unit
@@ -14,8 +14,9 @@ from harvester.quantities.units import split_unit
 LONGEST = 200  # letters of a line that are looked at
 _LINE = re.compile(r"[\s#%!;/\"]*([A-Za-z][\w .()/^-]*?)\s*[:=,;\t]\s*\"?([^\"]*)\"?")
 _RATE = re.compile(
-    r"(?:sampl\w*|data|acquisition|scan|update)[ _-]?(?:rate|freq\w*)|rate|fs|odr", re.IGNORECASE
+    r"(?:sampl\w*|data|acquisition|scan)[ _-]?(?:rate|freq\w*)|rate|fs|odr", re.IGNORECASE
 )
+_UPDATES = re.compile(r"update[ _-]?rate", re.IGNORECASE)  # perhaps a display's
 _PERIOD = re.compile(
     r"sampl\w*[ _-]?(?:period|interval|time)|delta[ _-]?[xt]|x[ _-]?axis[ _-]?delta|"
     r"time[ _-]?(?:step|increment)|dt",
@@ -52,6 +53,7 @@ def preamble(lines: Iterable[str]) -> Preamble:
     """The facts in lines above the numbers; other lines are left out."""
     lines = list(lines)
     rate: float | None = None
+    updates: float | None = None
     period = _increment(lines)
     open_period: float | None = None
     x_unit = ""
@@ -66,6 +68,8 @@ def preamble(lines: Iterable[str]) -> Preamble:
         key, unit = (inner[1], inner[2]) if inner else (key, "")
         if _RATE.fullmatch(key):
             rate = _number(value, unit or "Hz", FREQUENCY.scale, _HERTZ)
+        elif _UPDATES.fullmatch(key):
+            updates = _number(value, unit or "Hz", FREQUENCY.scale, _HERTZ)
         elif _PERIOD.fullmatch(key):
             period = _number(value, unit or x_unit, TIME.scale, {"S": "s"})
             open_period = None if period is not None else _plain(value)
@@ -73,7 +77,8 @@ def preamble(lines: Iterable[str]) -> Preamble:
             y_unit = value
         else:
             x_unit = _unit_of_times(key, value) or x_unit
-    return _with_period(rate, period, open_period, (x_unit, y_unit))
+    facts = _with_period(rate, period, open_period, (x_unit, y_unit))
+    return facts if facts.is_sampled else replace(facts, rate=updates)
 
 
 def _increment(lines: Sequence[str]) -> float | None:
@@ -94,10 +99,17 @@ def _unit_of_times(key: str, value: str) -> str:
     return "s" if (key.lower(), value.lower()) == ("x_dimension", "time") else ""
 
 
+def is_spectral(unit: str) -> bool:
+    """Whether the unit of a first axis is that of a frequency, as of a spectrum."""
+    return bool(unit) and FREQUENCY.scale(unit)[0] is not None
+
+
 def _with_period(
     rate: float | None, period: float | None, bare: float | None, units: tuple[str, str]
 ) -> Preamble:
     """The facts by a rate (Hz), or else by a period (s), or by one without a unit."""
+    if is_spectral(units[0]):
+        return Preamble(rate, units[0], units[1])
     if rate is None and period is not None and period > 0.0:
         rate = 1.0 / period
     return Preamble(rate, units[0], units[1], bare if rate is None else None)

@@ -21,6 +21,7 @@ from harvester.quantities.units import split_unit
 from harvester.records.csv_layout import MISSING
 from harvester.records.csv_table import CsvColumn, CsvTable
 from harvester.records.named_columns import AXES, is_acceleration, is_counter, is_time
+from harvester.records.preamble import is_spectral
 from harvester.records.record_facts import AskedError
 
 GRAVITIES = {"m/s^2": 9.80665, "g": 1.0, "mg": 1000.0, "mm/s^2": 9806.65, "cm/s^2": 980.665}
@@ -34,7 +35,15 @@ def named(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
     """The table; without names its columns are a time, then one acceleration or x, y and z.
 
     A column that counts the samples may precede the times, or replace them if the rate is stated.
+
+    Raises InputError for a spectrum, whose first axis is stated to be a frequency.
     """
+    if is_spectral(table.facts.x_unit):
+        raise InputError(
+            "FILE must have accelerations over time, but the lines above its numbers state "
+            f"{shown(table.facts.x_unit)} as the unit of the first axis, as of a spectrum: export "
+            "the waveform"
+        )
     if any(column.head for column in table.columns) or len(table.columns) < 2:
         return table
     first, *others = table.columns

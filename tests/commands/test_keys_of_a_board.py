@@ -36,6 +36,15 @@ def test_an_unknown_part_is_answered_with_the_list(harvester):
     assert all(name in error for name in names)
 
 
+@pytest.mark.parametrize("spread", ["5%", "1k:2k", "normal:2%"])
+def test_a_spread_of_an_unknown_part_is_answered_with_the_list(harvester, spread):
+    """The remedy was LOW:HIGH, which such a part does not have either."""
+    status, _, error = harvester("tolerance", BOARD, "--vary", f"load.parameters.R99={spread}")
+    assert (status, error.count("\n")) == (2, 1)
+    assert "unknown parameter of netlist board 'R99': it must be one of R, C, C1, R1" in error
+    assert "LOW:HIGH" not in error and "devices" not in error
+
+
 def test_a_scene_without_a_netlist(harvester):
     status, _, error = harvester("keys", ROOT / "examples" / "plate.toml")
     assert (status, "must have a netlist" in error) == (2, True)

@@ -187,6 +187,12 @@ def test_supplies_are_ideal_sources(tmp_path):
         ),
         (
             ".save all",
+            ".include models.lib",
+            {},
+            "netlist's folder .copy it there., but is 'models.lib'",
+        ),
+        (
+            ".save all",
             ".lib ../models.lib typ",
             {},
             "line 2 must include a file in the netlist's folder",

@@ -19,6 +19,7 @@ from tests.support.loggers import (
     G,
     T,
     Z,
+    clock,
     octave_rms,
     rows,
     seconds,
@@ -209,3 +210,86 @@ def test_a_start_of_dates_among_the_settings(tmp_path):
     path.write_text("2031-04-10;11:59:55;1.0\nx;11:59:56;1.0\n2031-04-10;11:59:57;1.0\n" * 3)
     with pytest.raises(InputError, match="dates of the calendar"):
         clean(str(path), RecordFacts(unit="g"))
+
+
+SEMICOLONS = "time (s);z (g)\n" + rows(seconds(sign=","), sep=";", sign=",")
+COUNTED = "".join(f"{k}\t{t}\t{z:.4f}\n" for k, (t, z) in enumerate(zip(T, Z, strict=True)))
+
+
+@pytest.mark.parametrize(
+    ("text", "facts"),
+    [
+        ("Samples;1 200\nRange;12.345,6\n" + SEMICOLONS, {}),
+        ("# Samples; 1 200\n" + SEMICOLONS, {}),
+        ("time[s]: z[g]:\n" + rows(seconds(), sep=" "), {}),
+        ("time[s] z[g]:\n" + rows(seconds(), sep=" "), {}),
+        ("Rate: 200 Hz\nAvg\n" + "".join(f"{z:.4f}\n" for z in Z), {"unit": "g"}),
+        ("time (s),z (g)\n0.000\nERROR\n" + rows(seconds()[1:], Z[1:]), {}),
+        ("Sample rate: 200 Hz\nUpdate rate: 2 Hz\nz (g)\n" + "".join(f"{z:.4f}\n" for z in Z), {}),
+        ("".join(f"{clock(k)} -> {z:.4f} 0 1\n" for k, z in enumerate(Z)), {"axis": "x", "unit": "g"}),
+        (
+            "".join(f"{clock(k)} -> {z:.4f};0,1;1\n".replace(".", ",") for k, z in enumerate(Z)),
+            {"axis": "x", "unit": "g"},
+        ),
+        (
+            "".join(f"{clock(k)} -> x:0 y:0.1 z:{z:.4f}\n" for k, z in enumerate(Z)),
+            {"axis": "z", "unit": "g"},
+        ),
+        ("time (s),z (g)\n" + rows(seconds()) + "nan,nan\n", {}),
+    ],
+    ids=[
+        "settings with thousands", "remark with thousands", "colons behind names", "one colon",
+        "a name that is a kind of value", "a short first row", "updates of a display",
+        "an arrow and spaces", "an arrow and semicolons", "an arrow and labels", "a row of missing values",
+    ],
+)  # fmt: skip
+def test_forms_near_others_are_read(tmp_path, text, facts):
+    """Each was refused, or read wrong, by the rule of another form, as of thousands or sections."""
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    record = clean(str(path), RecordFacts(**facts))
+    assert record.rate == pytest.approx(RATE, rel=1e-4)
+    assert octave_rms(record.values, record.rate) / G == pytest.approx(RIGHT, rel=3e-3)
+    assert not any(note.code == "lines_below" for note in record.notes)
+
+
+def test_a_column_of_counts_is_not_a_universal_file(tmp_path):
+    (tmp_path / "a.csv").write_text("-1\n58\n" + "".join(f"{int(1000 * z)}\n" for z in Z[2:]))
+    assert clean(str(tmp_path / "a.csv"), RecordFacts(rate=RATE, unit="mg")).rate == RATE
+
+
+@pytest.mark.parametrize(
+    "rows_of_data", [COUNTED, rows(seconds(), sep="\t")], ids=["counted", "plain"]
+)
+def test_a_spectrum_is_no_record(tmp_path, rows_of_data):
+    """Its frequencies were named times, at 0.5 Hz each as 0.5 ms."""
+    text = "X-axis unit: Hz\nX-axis delta: 5.0E-1\nY-axis unit: m/s2\n\n" + rows_of_data
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(InputError, match="'Hz' as the unit of the first axis"):
+        clean(str(tmp_path / "a.csv"), RecordFacts())
+
+
+def test_a_part_with_other_columns_is_not_left_out(tmp_path):
+    """100 rows of two columns above a table of three were left out without a word."""
+    more = rows(seconds()[100:], Z[100:], tail=",20")
+    text = "time (s),z (g)\n" + rows(seconds()[:100], Z[:100]) + "time (s),z (g),T (C)\n" + more
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(InputError, match="2 names above 3 columns"):
+        clean(str(tmp_path / "a.csv"), RecordFacts())
+
+
+@pytest.mark.parametrize(("zeros", "offset"), [(1, 1.0), (3, -1.0), (1, 0.0), (0, 1.0)])
+def test_zeros_before_the_first_sample_are_reported(tmp_path, harvester, zeros, offset):
+    """They gave a peak of 1 g without a word; --from begins behind them, and a signal about 0 has none."""
+    values = Z - Z.mean() + offset
+    values[:zeros] = 0.0
+    (tmp_path / "a.csv").write_text("time (s),z (g)\n" + rows(seconds(), values))
+    told = [w.code for w in clean(str(tmp_path / "a.csv"), RecordFacts()).warnings]
+    assert ("zeros_at_the_beginning" in told) == (zeros > 0 and offset != 0.0)
+    if "zeros_at_the_beginning" in told:
+        start = f"--from {zeros / RATE:g}"
+        answer = harvester("record", tmp_path / "a.csv")
+        assert start in answer[1] + answer[2]
+        status, out, _ = harvester("record", tmp_path / "a.csv", *start.split(), "--json")
+        found = json.loads(out)
+        assert (status, found["samples"], found["warnings"]) == (0, COUNT - zeros, [])

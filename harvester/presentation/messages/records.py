@@ -34,6 +34,14 @@ def _stands_still(
     )
 
 
+def _zeros_at_the_beginning(samples: int, begin: float) -> str:
+    those = "the first sample is 0" if samples == 1 else f"the first {samples} samples are 0"
+    return (
+        f"{those}, outside the range of all others, as of a logger that has not started: "
+        f"`from` {begin:.6g} begins at the next one"
+    )
+
+
 def _lines_below(lines: int, first: str) -> str:
     rows = "1 line" if lines == 1 else f"{lines} lines"
     return f"{rows} below the last row of numbers left out, beginning with {first!r}"
@@ -78,6 +86,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "jitter": "the times deviate from even ones by {share:.1%} of a step (rms): treated as even",
     "rows_written_twice": "{rows} rows written twice: the mean of each two is used",
     "samples_filled_in": "{samples} missing samples filled in, {in_a_row} in a row at most",
+    "zeros_at_the_beginning": _zeros_at_the_beginning,
     "perhaps_clipped": "{samples} samples are constant at the end of the range: the sensor's resolution is too coarse to determine whether it was clipped there",
     "clipped": "{samples} samples are constant at the end of the range: the sensor was clipped there",
     "offset_removed": "offset of {offset:.4g} m/s^2 removed ({of_gravity:.3g} g)",

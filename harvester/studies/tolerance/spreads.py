@@ -21,11 +21,13 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, named_once, reading
+from harvester.netlists.load_circuit import load_circuit
 from harvester.quantities.preferred_numbers import SERIES, nearest
 from harvester.quantities.units import fraction, split_unit
 from harvester.scene.keys import read_value, split_key
 from harvester.scene.scene import Scene
 
+PARAMETERS = "load.parameters."  # before a name of the netlist
 FORMS = (
     "10%, LOW:HIGH, 2 Hz, E24:5%, normal:2%, normal:MEAN:SD, lognormal:0.3, triangular:10%, "
     "triangular:LOW:MODE:HIGH or a list A,B,C"
@@ -92,6 +94,7 @@ def parse(text: str, scene: Scene, argument: str = "vary") -> PartSpread:
 def spread(key: str, written: str, scene: Scene) -> PartSpread:
     """The spread of one key; raises InputError as `parse`."""
     key = _whole_key(key, scene)
+    _refuse_unknown(key, scene)
     parts = [part.strip() for part in written.split(":")]
     if "," in written:
         return PartSpread(
@@ -124,6 +127,16 @@ def _whole_key(key: str, scene: Scene) -> str:
             "oscillator.frequency" if scene.excitation.frequency is None else "excitation.frequency"
         )
     return ".".join(split_key(key))
+
+
+def _refuse_unknown(key: str, scene: Scene) -> None:
+    """InputError with the names that vary if the scene's netlist has neither a parameter nor an element of a key."""
+    if not (key.startswith(PARAMETERS) and scene.load and scene.load.netlist):
+        return
+    problem = Problem.of(scene)
+    load = scene.varied({key: 1.0}).load
+    if load is not None and problem.load_circuit.value_of(key.removeprefix(PARAMETERS)) is None:
+        load_circuit(load, problem.scales.capacitance)
 
 
 def _is_width(written: str) -> bool:
