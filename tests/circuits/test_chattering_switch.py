@@ -90,7 +90,7 @@ Rload p n 1Meg
 
 
 def test_the_fuzzer_states_that_an_answer_does_not_end(tmp_path):
-    """Reading lasts milliseconds, and its 60 ms a second, once it is compiled: the limit is on both."""
+    """Reading lasts milliseconds, and 60 ms of the answer one second: the limit is on both."""
     answer, kind = netlist_fuzz.ours(OSCILLATOR, tmp_path, compiled=True)
     assert answer.given and not kind
     answer, kind = netlist_fuzz.ours(OSCILLATOR, tmp_path, compiled=True, patience=0.2)
