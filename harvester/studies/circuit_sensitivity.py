@@ -83,7 +83,7 @@ def by_ensembles(
     settled = _Settled(problem, deadline)
     step_error = _step_error(problem.equations, power)
     done = PowerDifferences()
-    seconds = 0.0
+    seconds = 2.0 * (SETTLING + WINDOWS[0]) * settled.seconds  # that a key needs at least
     for k, (key, value, change) in enumerate(known):
         begin = time.monotonic()
         if begin + seconds > deadline:
@@ -126,7 +126,9 @@ class _Settled:
             self.problem.equations, count, ROOT, circuit=model.circuit, controlled=True
         )
         compile_pair(first, budget)
+        begin = time.monotonic()
         burn_in(first, budget)
+        self.seconds = time.monotonic() - begin
         self.unknown = "" if first.hopping is None else WELLS
         self.together = first.together
         self.count = count
