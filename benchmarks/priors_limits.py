@@ -171,9 +171,9 @@ def without(number: Number, fit: Fit, name: str) -> float:
 
 
 def unknowns(some: Sequence[Number]) -> Iterator[str]:
-    """A row for each unknown: its share of the variance of a power, and the median width without it."""
+    """A row for each unknown: its fraction of the variance of a power, and the median width without it."""
     fits = left_out(some)
-    yield "| unknown | share of the variance, linear | nonlinear | median width without it, linear | nonlinear |"
+    yield "| unknown | fraction of the variance, linear | nonlinear | median width without it, linear | nonlinear |"
     yield "|---|---|---|---|---|"
     parts = [
         [number for number in some if has_width(number) and number.linear is linear]

@@ -93,7 +93,7 @@ def test_runs_alone_pay_for_all():
         (EnergyLedger(input=0.4, load=0.5, circuit=-0.1), ["the netlist supplies 20 % of"]),
         (
             EnergyLedger(input=1.0, load=0.5, stored=0.25, damping=0.25),
-            ["not stationary: mass, piezo and Csmooth still store 50%"],
+            ["not stationary: mass, piezo and Csmooth still store 50 %"],
         ),
         (
             EnergyLedger(input=1.0, load=1e-9, stored=0.5, damping=0.5),
