@@ -163,7 +163,7 @@ def _is_lost_memory_error(error: Exception) -> bool:
 
     Python has a SystemError then ("returned NULL without setting an exception"), its parser a
     SyntaxError in a module of this package or in the text of a data class; a library may raise
-    another error while it handles the MemoryError.
+    another error while it handles the MemoryError, or because of it.
     """
     if isinstance(error, SyntaxError):
         name = error.filename or DATA_CLASS
@@ -172,9 +172,9 @@ def _is_lost_memory_error(error: Exception) -> bool:
         return "without" in str(error)
     if NO_LOCK.fullmatch(str(error)):
         return True
-    cause = error.__context__
+    cause = error.__cause__ or error.__context__
     while cause is not None and not isinstance(cause, MemoryError):
-        cause = cause.__context__
+        cause = cause.__cause__ or cause.__context__
     return cause is not None
 
 

@@ -29,7 +29,9 @@ from tests.support.models import Motion, Oscillator
 def test_what_errors_explain(balance, told):
     found = open_balance(balance)
     assert (found is not None) == told
-    assert found is None or f"{100.0 * balance.value:.2f} % of the power is unaccounted for" in str(found)
+    assert found is None or f"{100.0 * balance.value:.2f} % of the power is unaccounted for" in str(
+        found
+    )
 
 
 def test_trajectories_that_still_take_up_energy():

@@ -95,6 +95,14 @@ def test_a_defect_in_the_text_of_a_circuit_is_no_lack_of_memory():
     assert ["memory" in str(named(error)) for error in errors] == [True, False]
 
 
+def test_a_class_that_was_not_initialised_for_lack_of_memory():
+    """A library in Rust names the MemoryError as the cause of its RuntimeError."""
+    error = RuntimeError("An error occurred while initializing class Known")
+    assert "internal error" in str(named(error))
+    error.__cause__ = MemoryError()
+    assert "memory" in str(named(error))
+
+
 def test_a_lock_without_memory_is_a_lack_of_memory():
     """Python's locks and its locks of files have errors of their own."""
     errors = [RuntimeError(f"can't allocate {kind}lock") for kind in ("", "read ")]
