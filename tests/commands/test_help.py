@@ -87,11 +87,11 @@ print([m for m in {HEAVY!r} if m in sys.modules])
 @pytest.mark.thorough("test_a_formula_loads_only_what_it_needs")
 @pytest.mark.slow
 def test_a_formula_is_quick():
-    """Measured 1.8 to 2 times what the libraries need that any answer uses, side by side: machines differ."""
+    """Measured 1.8 to 2.5 times what the libraries need that any answer uses, side by side: machines differ."""
     libraries = best_of(5, program=("-c", LIBRARIES))
     assert (
         max(best_of(5, "run", PLATE, "--engine", engine) for engine in ("exact", "averaged"))
-        < 2.5 * libraries
+        < 3.0 * libraries
     )
 
 

@@ -149,13 +149,15 @@ def _watch(
 ) -> tuple[Floats, Floats, Floats]:
     """Go on to the time ``end``, or until all have reached the last level: times, voltages (times, runs), passages.
 
-    It ends before if the clock of `time.perf_counter` is ``until``.  Looks are ``interval`` times
+    It ends before, but after one look, if the clock of `time.perf_counter` is ``until``.  Looks are ``interval`` times
     `FINEST` apart, or that part of the time.
     """
     times = np.full((len(levels), runs.count), math.inf)
     t = [0.0]
     u = [np.zeros(runs.count)]
-    while runs.time < end and not np.isfinite(times[-1]).all() and time.perf_counter() < until:
+    while runs.time < end and not np.isfinite(times[-1]).all():
+        if len(t) > 1 and time.perf_counter() >= until:
+            break
         runs.run(min(interval * max(FINEST, runs.time / PARTS), max(end - runs.time, FINEST)))
         now = runs.state[:, 3].ravel().copy()
         for level, value in enumerate(levels):

@@ -26,8 +26,11 @@ def test_fewer_runs_fit_into_a_short_budget_and_agree_with_all():
         BRIDGE, "2 V", engine="ideal", trajectories=f"{0.1 * whole.seconds} s", seed=2
     )
     assert whole.runs == 2048 and "runs_in_budget" not in codes(whole)
-    assert 32 <= short.runs < 1024 and short.reached == 1.0
+    assert 32 <= short.runs < 1024
     assert codes(short).count("runs_in_budget") == 1
+    if short.time is None:  # the machine was slower than for the first
+        assert short.at_least.value < 2.0 * whole.time.value
+        return
     assert short.seconds < 0.5 * whole.seconds
     apart = short.time.value - whole.time.value
     assert abs(apart) < 4.0 * math.hypot(short.time.stderr, whole.time.stderr)
@@ -35,8 +38,10 @@ def test_fewer_runs_fit_into_a_short_budget_and_agree_with_all():
 
 
 @pytest.mark.slow
-def test_a_budget_that_ends_before_all_arrive_leaves_a_lower_bound():
-    short = hv.charge(BRIDGE, "2.6 V", engine="ideal", trajectories="0.001 s")
+@pytest.mark.parametrize("budget", ["0.001 s", "0.000001 s"])
+def test_a_budget_that_ends_before_all_arrive_leaves_a_lower_bound(budget):
+    """The second is over before the first look."""
+    short = hv.charge(BRIDGE, "2.6 V", engine="ideal", trajectories=budget)
     assert short.time is None and short.reached < 1.0
     assert short.at_least.value <= short.duration < 7.5
     assert "watched_in_budget" in codes(short) and "runs_in_budget" in codes(short)
