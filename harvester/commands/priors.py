@@ -1,7 +1,7 @@
 """The options --prior and --known, by which commands choose the spreads of a real device."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import cloup
 
@@ -14,8 +14,15 @@ if TYPE_CHECKING:
     from harvester.uncertainty.value import Value
 
 POINT = "be NAME=POINT, such as open_circuit_voltage='21 V at 0.25 g'"
-Origins: TypeAlias = tuple[str | None, Sequence[str], Sequence[str]]
 KNOWN = "be QUANTITY=ORIGIN, such as damping=measured"
+
+
+class Origins(NamedTuple):
+    """The values of --prior, --known and --points as they were typed."""
+
+    prior: str | None
+    known: Sequence[str]
+    points: Sequence[str]
 
 
 def prior_options(prior: str) -> list[Callable[..., Any]]:
@@ -52,23 +59,21 @@ def prediction_of(
 ) -> "Prediction":
     """The prediction of a real device whose power was ``computed`` as the scene is written.
 
-    ``origins`` are the values of --prior, --known and --points; ``seconds`` is the time of all
-    devices, if they are `predicted_in_time`.
+    ``seconds`` is the time of all devices, if they are `predicted_in_time`.
     """
     from harvester.machine.bars import Bar
     from harvester.machine.execution import Execution
     from harvester.studies.prediction.predict import predict
     from harvester.studies.prediction.priors import DEFAULT_CLASS
 
-    prior, known, points = origins
     with Bar("prediction", shorter="") as bar:
         return predict(
             scene,
             runs=None if seconds is None else f"{seconds} s",
-            prior=DEFAULT_CLASS if prior is None else prior,
-            known=pairs_of("--known", known, KNOWN),
+            prior=DEFAULT_CLASS if origins.prior is None else origins.prior,
+            known=pairs_of("--known", origins.known, KNOWN),
             seed=seed,
-            points=pairs_of("--points", points, POINT),
+            points=pairs_of("--points", origins.points, POINT),
             computed=computed,
             execution=Execution(progress=bar),
         )

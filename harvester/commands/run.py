@@ -9,6 +9,7 @@ import cloup
 from harvester.commands.formula_meanwhile import formula_meanwhile
 from harvester.commands.options import engine_option, json_option, probe_option, sampling
 from harvester.commands.priors import (
+    Origins,
     check_alone,
     point_options,
     predicted_in_time,
@@ -21,7 +22,6 @@ from harvester.errors import SimulationError
 
 if TYPE_CHECKING:
     from harvester.answers.estimate import Estimate
-    from harvester.commands.priors import Origins
     from harvester.scene.scene import Scene
     from harvester.studies.prediction.prediction_result import Prediction
     from harvester.studies.sensitivity import Sensitivity
@@ -137,7 +137,7 @@ def run(
         left -= getattr(beside["sensitivity"], "seconds", 0.0)
     if predict:
         beside["prediction"], answer = _with_prediction(
-            scene, answer, options["seed"], (prior, known, points), left, is_in_time
+            scene, answer, options["seed"], Origins(prior, known, points), left, is_in_time
         )
     output.show(
         answer,
@@ -175,7 +175,7 @@ def _with_sensitivities(
 
 
 def _with_prediction(
-    scene: "Scene", answer: "Estimate", seed: int, origins: "Origins", left: float, is_in_time: bool
+    scene: "Scene", answer: "Estimate", seed: int, origins: Origins, left: float, is_in_time: bool
 ) -> "tuple[Prediction, Estimate]":
     """The prediction, in the time ``left`` (s) if it can be, and the answer, with a warning if it took longer."""
     part = max(left, LEAST) if is_in_time else None
