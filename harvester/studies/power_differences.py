@@ -29,6 +29,7 @@ CHANGE = 0.05  # of a key, up and down
 LEAST = 0.02  # part of CHANGE, below which a key is not varied
 HALVINGS = 2  # of the change at most, until the error is
 SMALL = 0.01  # of the larger of E and 1
+ANSWERS = 6  # for a key at least: two at each of three changes
 LARGE = 0.1  # as SMALL: an error that a warning names
 
 
@@ -89,6 +90,10 @@ def by_differences(
     done = PowerDifferences()
     most = first_change(problem) if most is None else most
     seconds = 0.0
+    if deadline < math.inf:  # the first key has to fit as well
+        begin = time.monotonic()
+        engine.run_many([problem.scene])
+        seconds = ANSWERS * (time.monotonic() - begin)
     for k, (key, value) in enumerate(values.items()):
         begin = time.monotonic()
         if begin + seconds > deadline:

@@ -3,6 +3,7 @@ board with a slow circuit."""
 
 import math
 import random
+import time
 from dataclasses import dataclass, replace
 
 import pytest
@@ -141,6 +142,19 @@ def test_keys_beyond_the_deadline_are_left():
     """A deadline that is over leaves all of them but mistakes no error for an answer."""
     done = elasticities(lambda a, b: a, deadline=-math.inf)
     assert done.left == [*VALUES] and not done.by_key and not done.failed
+
+
+def test_the_first_key_is_not_begun_without_time_for_its_answers():
+    """A key needs six answers, each of which lasts for 0.1 s here: half a second is not enough."""
+
+    def slowly(capacitance, damping):
+        time.sleep(0.1)
+        return capacitance
+
+    begin = time.monotonic()
+    done = elasticities(slowly, deadline=begin + 0.5)
+    assert done.left == [*VALUES] and done.seconds > 1.2
+    assert time.monotonic() - begin < 0.5
 
 
 BOARD_SCENE = ROOT / "examples" / "bimorph_board.toml"
