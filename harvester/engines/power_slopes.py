@@ -70,8 +70,8 @@ class PowerSlopes:
 
 def value_of(scene: Scene, key: str) -> float:
     """The value of a key that a scene has, in SI units."""
-    table, name = split_key(key)
-    return float(getattr(getattr(scene, table), name))
+    values = {(table, name): value for table, name, value in scene.values()}
+    return float(values[split_key(key)])
 
 
 def quantities(scene: Scene) -> list[str]:

@@ -177,6 +177,23 @@ def test_options_are_checked_for_every_scene(scene, options, message):
         hv.sensitivity(scene, **options)
 
 
+def test_keys_of_further_modes_have_sensitivities():
+    """With another unit of mass all powers are the same: the sum of the keys with kg in their units is 1."""
+    scene = replace(hv.load(ROOT / "examples" / "two_modes_with_stop.toml"), stop=None)
+    found = hv.sensitivity(scene)
+    of = dict(zip(found.keys, found.elasticities, strict=True))
+    assert found.engine == "exact" and {"mode.2.frequency", "mode.2.damping_ratio"} <= {*of}
+    mass = (
+        "oscillator.mass",
+        "piezo.coupling",
+        "piezo.capacitance",
+        "mode.2.mass",
+        "mode.2.coupling",
+    )
+    total = sum(of[key].value for key in mass) - of["load.resistance"].value
+    assert math.isclose(total, 1.0, abs_tol=1e-6)
+
+
 def test_a_sinusoid_without_a_load_has_no_power():
     """The message names the missing part, and no engine that would not support it either."""
     scene = replace(resonator(0.01, 0.0), load=None)
