@@ -104,8 +104,8 @@ def sensitivity(
     for the density and one of its adjoint equations.  With a netlist they include its elements:
     with a storage capacitor or a chip behind the rectifier by engine `Slow`, otherwise by the
     compiled circuit: under a sinusoid from its periodic responses, under noise from two ensembles
-    per key on the same noise, until the sampling error (95 %) is 0.01.  Their model error is
-    unknown.
+    per key on the same noise, until the sampling error (95 %) is 0.01 or for four times the
+    burn-in.  Their model error is unknown.
 
     Parameters
     ----------

@@ -18,24 +18,6 @@ END = """
 r = simulate_fmu(fmu, stop_time=60.0, step_size=0.05, output_interval=0.05)[-1]
 print(json.dumps({name: float(r[name]) for name in r.dtype.names}))
 """
-# Power in the load resistance of trajectories with different seeds, after a burn-in
-POWERS = """
-powers = []
-for seed in range(96):
-    one = opened()
-    one.instantiate()
-    one.setupExperiment(startTime=0.0)
-    one.setInteger([number["seed"]], [seed])
-    one.enterInitializationMode()
-    one.exitInitializationMode()
-    one.doStep(0.0, 30.0)
-    (before,) = shown(one, "delivered_energy")
-    one.doStep(30.0, 120.0)
-    powers.append((shown(one, "delivered_energy")[0] - before) / 120.0)
-    one.terminate()
-    one.freeInstance()
-print(json.dumps(powers))
-"""
 # Voltages, displacement and energies after each inner step
 COURSE = """
 one = begun(opened())
@@ -115,7 +97,7 @@ def test_ledger_of_a_switch(tmp_path, name, excitation):
 
 def test_mean_power_of_parallel_sshi_under_noise_is_that_of_the_ideal_circuit():
     """|z| < 4 between 96 trajectories in the FMU and the engine `ideal`, both within 1 %."""
-    found = np.array(fmu.run(fmu.built("plate_parallel_sshi.toml"), POWERS, timeout=300))
+    found = np.array(fmu.powers("plate_parallel_sshi.toml", seeds=96, energy="delivered_energy"))
     error = found.std(ddof=1) / math.sqrt(len(found))
     power = hv.Ideal(seed=3, within="1%").run(EXAMPLES / "plate_parallel_sshi.toml").mean_power
     z = (found.mean() - power.value) / math.hypot(error, power.normal_stderr)

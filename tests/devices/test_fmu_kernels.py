@@ -33,24 +33,6 @@ for n in (1, 10, 100):
     rows.append(row[100 // n - 1 :: 100 // n])
 print(json.dumps([h, rows]))
 """
-# Energy through the load, after a burn-in, of trajectories with different seeds
-POWERS = """
-powers = []
-for seed in range(24):
-    slave = opened()
-    slave.instantiate()
-    slave.setupExperiment(startTime=0.0)
-    slave.setInteger([number["seed"]], [seed])
-    slave.enterInitializationMode()
-    slave.exitInitializationMode()
-    slave.doStep(0.0, 30.0)
-    (before,) = shown(slave, "load_energy")
-    slave.doStep(30.0, 120.0)
-    powers.append((shown(slave, "load_energy")[0] - before) / 120.0)
-    slave.terminate()
-    slave.freeInstance()
-print(json.dumps(powers))
-"""
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +75,7 @@ def test_events_on_the_grid_leave_the_path_as_it_is():
 
 def test_mean_power_under_noise_is_that_of_the_ensemble():
     """|z| < 4 between 24 trajectories in the FMU and `run` on as many and more of the ensemble."""
-    found = np.array(fmu.run(fmu.built("plate_with_stop.toml"), POWERS, timeout=300))
+    found = np.array(fmu.powers("plate_with_stop.toml", seeds=24, energy="load_energy"))
     error = found.std(ddof=1) / math.sqrt(len(found))
     power = hv.Ensemble(seed=3, within="1%").run(EXAMPLES / "plate_with_stop.toml").mean_power
     z = (found.mean() - power.value) / math.hypot(error, power.normal_stderr)

@@ -78,6 +78,24 @@ for events in (True, False):
     found.append([count, *shown(slave, *names, version=3), slave.getInt32([number["impacts"]])[0]])
 print(json.dumps(found))
 """
+# Mean power of trajectories with different seeds, after a burn-in
+POWERS = """
+powers = []
+for seed in range({seeds}):
+    one = opened()
+    one.instantiate()
+    one.setupExperiment(startTime=0.0)
+    one.setInteger([number["seed"]], [seed])
+    one.enterInitializationMode()
+    one.exitInitializationMode()
+    one.doStep(0.0, 30.0)
+    (before,) = shown(one, "{energy}")
+    one.doStep(30.0, 120.0)
+    powers.append((shown(one, "{energy}")[0] - before) / 120.0)
+    one.terminate()
+    one.freeInstance()
+print(json.dumps(powers))
+"""
 # Each of some accelerations for a second: done with finite outputs, or the error
 HARSH = """
 answers = []
@@ -119,6 +137,11 @@ def run(path, code, timeout=120):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-3000:]
     return json.loads(done.stdout.splitlines()[-1])
+
+
+def powers(scene, seeds, energy):
+    """The mean power (W) of trajectories of a scene, by an output of energy, one for each seed."""
+    return run(built(scene), POWERS.format(seeds=seeds, energy=energy), timeout=300)
 
 
 def plate(amplitude=0.02 * 9.80665, frequency=4.5, resistance=1e7):
