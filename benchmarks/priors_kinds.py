@@ -233,9 +233,15 @@ VERSIONS = {
 }
 
 
+def measured_of_d9() -> dict[str, float]:
+    """The measured values of the device D9 by their names."""
+    kept = [row for row in rows("measured_later.csv") if row["device"] == "D9"]
+    return {row["what"]: float(row["value"]) for row in kept}
+
+
 def later() -> Iterator[str]:
     """A row for each version of the intervals, by the numbers of a device that is in no fit."""
-    measured = {row["what"]: float(row["value"]) for row in rows("measured_later.csv")}
+    measured = measured_of_d9()
     kept = [row for row in rows("predicted.csv") if row["quantity"] in measured]
     yield "| intervals of D9 | hold | coverage (95 % of the binomial) | median width |"
     yield "|---|---|---|---|"
@@ -261,7 +267,7 @@ def with_later() -> list[Number]:
 
     Its first intervals have the priors and the first model error, which is taken out.
     """
-    measured = {row["what"]: float(row["value"]) for row in rows("measured_later.csv")}
+    measured = measured_of_d9()
     some = [number for number in numbers() if number.measured is not None]
     for number in numbers():
         if number.quantity in measured:
