@@ -268,7 +268,7 @@ def judgement(some: Sequence[Judged]) -> Iterator[str]:
     yield "| number | predicted | 95 % of devices | measured | measured over predicted | holds |"
     yield "|---|---|---|---|---|---|"
     for one in some:
-        cells = f"{one.predicted:.3g} {one.unit} | {one.low:.2g} to {one.high:.2g}"
+        cells = f"{one.predicted:g} {one.unit} | {two_digits(one.low)} to {two_digits(one.high)}"
         off = two_digits(float(one.measured) / one.predicted)
         holds = "yes" if one.holds else "no"
         yield f"| {one.quantity} | {cells} | {one.measured} | {off} | {holds} |"
