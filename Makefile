@@ -12,7 +12,7 @@ BIN := .venv/bin
 # Bytecode is kept, also where the shell forbids it: every program that a test starts would compile the package anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: setup demo check test test-all tests lint docs bench lock clean
+.PHONY: setup demo check test test-all tests quick layers lint docs bench lock clean
 setup: .venv/.complete
 
 .venv/.complete: pyproject.toml tools/setup.sh constraints.txt
@@ -33,8 +33,14 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-check: lint
+# The types are checked beside the tests here too.
+check: setup
+	@$(MAKE) --no-print-directory --jobs 2 lint layers quick
+
+layers: setup
 	$(BIN)/lint-imports
+
+quick: setup
 	$(BIN)/pytest -n 2 --dist worksteal -m "not ngspice and not statistics and not slow and not thorough"
 
 # The types are checked beside the tests, which is on another core.

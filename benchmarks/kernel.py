@@ -1,6 +1,7 @@
 """What a step of the ensemble's kernel costs on one core: with vectors of 256 and of 512 bits, and with controls.
 
     python benchmarks/kernel.py
+    python benchmarks/kernel.py --counts     the same step among 4,096 and 65,536 trajectories; writes nothing
 
 Processes with either width run in turn, several rounds, one thread each; the smallest processor
 time of a step counts. 512 bits are what the package takes where its own trial finds them faster
@@ -29,6 +30,8 @@ WARM = 20.0
 DURATION = 400.0
 TAKEN = ("paper, r = .96", "no stop", "gap .5", "two stops", "coloured, stop")
 CIRCUITS = ("bridge, no stop", "bridge, stop")
+FEW, MANY = 4096, 65_536  # trajectories, whose states fit in the cache, and do not
+IN_TURN = 5  # rounds
 
 
 def timed():
@@ -49,6 +52,36 @@ def timed():
                 1e9 * (time.process_time() - begin) / (many.steps - before)
             )
     return {"bits": width(), "costs": costs}
+
+
+def by_count():
+    """Print million steps per second of few and many trajectories, in turn in this process, and the ratios of costs."""
+    os.environ["HARVESTER_THREADS"] = "1"
+    for name in TAKEN[:3]:
+        runs = {}
+        for controlled in (False, True):
+            for count in (FEW, MANY):
+                runs[controlled, count] = Trajectories(
+                    SCENES[name], count, np.random.SeedSequence(1), H, controlled=controlled
+                )
+                runs[controlled, count].run(WARM)  # compiles
+        least = dict.fromkeys(runs, float("inf"))
+        for _ in range(IN_TURN):
+            for kind, many in runs.items():
+                before = many.steps
+                begin = time.process_time()
+                for _ in range(MANY // many.count):
+                    many.run(DURATION)
+                cost = 1e9 * (time.process_time() - begin) / (many.steps - before)
+                least[kind] = min(cost, least[kind])
+        for controlled in (False, True):
+            few = least[controlled, FEW]
+            many_cost = least[controlled, MANY]
+            print(
+                f"{name}{', controls' if controlled else ''}: {1e3 / few:.0f} and {1e3 / many_cost:.0f} "
+                f"million steps per second, {MANY}:{FEW} {many_cost / few:.3f}, "
+                f"controls:plain {few / least[False, FEW]:.2f}"
+            )
 
 
 def main():
@@ -86,5 +119,7 @@ def main():
 if __name__ == "__main__":
     if "--timed" in sys.argv:
         print(json.dumps(timed()))
+    elif "--counts" in sys.argv:
+        by_count()
     else:
         main()

@@ -231,6 +231,7 @@ RELAY = (
 WHY = "of the circuit's steps did not converge, at netlist element b1"
 
 
+@pytest.mark.slow
 def test_steps_that_fail_are_no_answer(tmp_path):
     """The current jumps where the storage capacitor comes to rest, so that there is no solution;
     the element is named."""

@@ -94,6 +94,7 @@ def test_a_tape_of_numbers_solves_as_the_lines(tmp_path, monkeypatch, furthest):
     assert other == pytest.approx(state, rel=1e-6, abs=1e-6 * np.abs(state).max())
 
 
+@pytest.mark.slow
 def test_ladders_of_many_diodes_have_one_source(tmp_path):
     """Sixty diodes were compiled for a minute before any budget was looked at."""
 

@@ -141,6 +141,7 @@ def test_a_disk_that_takes_no_source(cache):
     assert not [path for path in cache.rglob("*.nbc") if path.stat().st_size]
 
 
+@pytest.mark.slow
 def test_many_processes_make_one_solver_at_once(tmp_path):
     """Eight programs begin with an empty cache: each has the right solver, and one file is kept."""
 

@@ -19,6 +19,7 @@ def numbers(unit, prefixes, least=1e-6, most=1e6):
     ).map(lambda pair: (f"{pair[0]!r} {pair[1]}{unit}" if unit else repr(pair[0]), pair[0]))
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     mass=numbers("g", ["", "m", "k"], 0.1, 1e3),

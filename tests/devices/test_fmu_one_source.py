@@ -69,6 +69,7 @@ def test_a_step_calls_the_kernels_own_function(where, name, home):
     assert not re.search(rf"^def {name}\(", source, re.MULTILINE)
 
 
+@pytest.mark.slow
 def test_no_function_of_an_fmu_is_a_copy():
     """No function of more than one line has the statements of a function elsewhere in the package."""
     own = functions(path for room in OF_FMU for path in (PACKAGE / room).rglob("*.py"))

@@ -77,6 +77,7 @@ def test_every_coefficient_is_in_a_scene():
     )
 
 
+@pytest.mark.slow
 def test_unlike_scenes_in_one_call():
     """Scenes of other effects, and such that nobody runs side by side, are answered in their places."""
     tables = [

@@ -1,5 +1,7 @@
 """`plot(ax=)`: the main panel of a result in the user's own axes."""
 
+from functools import cache
+
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
@@ -8,12 +10,13 @@ import harvester as hv
 from tests.support.models import Motion, Oscillator
 
 PLATE, BRIDGE = "examples/plate_with_stop.toml", "examples/plate_bridge.toml"
+LINEAR = "examples/plate.toml"
 DRIVEN = "examples/plate_harmonic.toml"
 LOAD = "load.resistance"
 PICTURES = {
     "bar": lambda: hv.Averaged().run(hv.load(PLATE)),
     "colour bar": lambda: hv.optimise(
-        PLATE, vary={LOAD: ("10k", "10M"), "stop.gap": ("0 m", "1 mm")}, engine="averaged"
+        LINEAR, vary={LOAD: ("10k", "10M"), "piezo.capacitance": ("10n", "1u")}, engine="exact"
     ),
     "three panels": lambda: hv.charge(BRIDGE, to="0.5 V", engine="ideal", trajectories=64),
     "two columns": lambda: hv.motion(PLATE, duration=5.0),
@@ -29,7 +32,12 @@ PICTURES = {
         "5 ms",
         compiled=False,
     ),
-    "ratio": lambda: hv.sweep(PLATE, vary={LOAD: "10k:10M:5"}, engines=["averaged", "ensemble"]),
+    "ratio": lambda: hv.sweep(
+        PLATE,
+        vary={LOAD: "10k:10M:5"},
+        engines=["averaged", "ensemble"],
+        execution=hv.Execution(workers=1),
+    ),
     "percent": lambda: hv.tolerance(
         PLATE, vary={LOAD: "5%", "piezo.capacitance": "10%"}, engine="averaged", samples=256
     ),
@@ -42,6 +50,12 @@ NAMES = [
 ]
 
 
+@cache
+def _answer(name):
+    """The result of `PICTURES`, which several tests draw."""
+    return PICTURES[name]()
+
+
 def _mine():
     figure = Figure(figsize=(8, 4))
     left, right = figure.subplots(1, 2)
@@ -52,7 +66,7 @@ def _mine():
 def test_a_picture_has_a_main_panel(name):
     """The panel is in the axes given, with a label of each axis; the axes next to it stay empty."""
     figure, left, right = _mine()
-    assert PICTURES[name]().plot(ax=left) is figure
+    assert _answer(name).plot(ax=left) is figure
     figure.draw_without_rendering()
     assert left.has_data() and left.get_xlabel()
     low, high = sorted(left.get_xlim())
@@ -74,7 +88,7 @@ BESIDE = {
 @pytest.mark.parametrize("name", BESIDE)
 def test_a_note_on_other_panels_is_left_out(name):
     """The figure's own note names a panel that the user's axes lack; a legend is not wider than they are."""
-    answer = PICTURES[name]()
+    answer = _answer(name)
     assert BESIDE[name] in answer.plot().legends[0].get_title().get_text()
     figure, left, _ = _mine()
     answer.plot(ax=left)
@@ -89,7 +103,7 @@ def test_a_note_on_other_panels_is_left_out(name):
 def test_a_map_has_a_legend_at_a_fixed_place():
     """The search for the best place warns if it is slow, as over a mesh; it is left out there."""
     _, left, _ = _mine()
-    PICTURES["colour bar"]().plot(ax=left)
+    _answer("colour bar").plot(ax=left)
     assert left.get_legend()._loc == Legend.codes["upper right"]
 
 

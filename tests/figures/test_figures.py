@@ -359,6 +359,7 @@ def test_an_error_that_is_not_known_is_no_bar():
     assert not figure.axes[0].patches
 
 
+@pytest.mark.slow
 def test_every_result_that_plots_finds_its_drawing():
     """By the name of its class, or of one that it derives from; and no drawing is without a result."""
     classes = [

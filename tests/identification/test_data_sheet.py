@@ -48,6 +48,7 @@ def of_class(rng):
 
 
 @pytest.mark.parametrize("without", ["power_at_load", "q", "mass"])
+@pytest.mark.slow
 def test_intervals_hold_the_truth(without):
     """Devices drawn from the priors, with numbers as far off as they are stated to be.
 
@@ -142,6 +143,7 @@ def test_a_power_next_to_a_ring_down_has_two_couplings():
         assert device.power(2e5, 0.25 * G) == pytest.approx(0.6e-3, rel=0.01)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_where_two_couplings_have_the_power():
     """The devices are of a class; 95 % of the intervals hold the coupling within four standard errors."""
     rng = np.random.default_rng(11)

@@ -29,6 +29,7 @@ def test_the_page_has_what_the_command_prints():
     assert generated.strip().splitlines()[: len(lines)] == lines
 
 
+@pytest.mark.slow
 def test_the_page_has_the_limits():
     """Designs, unknowns, widths by device and after one measured number, as the benchmark computes them."""
     generated = PAGE.partition(priors_limits.BEGIN)[2].partition(priors_limits.END)[0]
@@ -98,6 +99,7 @@ def test_a_fit_finds_the_numbers_that_made_the_devices(seed):
     assert low < 0.95 < high
 
 
+@pytest.mark.slow
 def test_a_device_left_out_is_not_in_its_fit():
     """Its measured values do not change its own interval."""
     some = [number for number in priors_fit.numbers() if number.measured is not None]
@@ -160,6 +162,7 @@ def of_kinds(kinds, rng, devices=60):
 
 
 @pytest.mark.parametrize("seed", range(2))
+@pytest.mark.slow
 def test_a_fit_by_kinds_finds_its_numbers(seed, monkeypatch):
     """Within four standard errors: an offset that is left out, or of another kind, shifts the errors."""
     monkeypatch.setattr(priors_kinds, "KINDS", dict(priors_kinds.KINDS))
@@ -177,6 +180,7 @@ def test_a_fit_by_kinds_finds_its_numbers(seed, monkeypatch):
     assert without.factor > 1.2 * fit.factor  # which mistakes it for coupling and damping
 
 
+@pytest.mark.slow
 def test_the_page_of_widths_and_its_columns():
     """Page and columns are those that the command computes now, and the data file rounds its fit."""
     results = priors_kinds.computed()
@@ -197,6 +201,7 @@ def test_the_page_of_widths_and_its_columns():
     assert model["stop"] == pytest.approx(math.hypot(fit.loss, fit.offset_error), abs=0.01)
 
 
+@pytest.mark.slow
 def test_the_device_of_no_fit_is_in_none():
     """Its measured values are in a file that no fit reads, one for each of its predictions."""
     of_d9 = [row for row in priors_fit.rows("measured_later.csv") if row["device"] == "D9"]

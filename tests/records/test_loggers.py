@@ -63,6 +63,7 @@ def test_files_that_ask_for_one_fact(tmp_path, harvester, name):
 
 
 @pytest.mark.parametrize("name", sorted({*STATED, *ASKED}))
+@pytest.mark.slow
 def test_a_scene_reads_the_file_or_names_a_command_that_works(
     tmp_path, harvester, monkeypatch, name
 ):

@@ -146,6 +146,7 @@ print(len({line.get_color() for line in figure.axes[0].get_lines() if len(line.g
 """
 
 
+@pytest.mark.slow
 def test_curves_of_a_folder_have_the_colours_of_their_engines(tmp_path):
     """Also in a process that has used no engine."""
     hv.sweep(

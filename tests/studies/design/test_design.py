@@ -357,6 +357,7 @@ def test_the_capacitor_of_the_scene_is_kept_or_compared():
     assert 10e-6 < small.capacitor < 470e-6 and "too small: 10 uF" in str(small)
 
 
+@pytest.mark.slow
 def test_each_chip_that_is_left_out_has_its_reason():
     found = str(hv.design(EXAMPLES / "bimorph_sensor.toml", needs="40 uW at 3 V"))
     assert "ltc3588: left out: chip 'ltc3588' has no output of 3 V" in found

@@ -65,6 +65,7 @@ def by_brute_force(scene, share):
 
 
 @pytest.mark.parametrize("share", [None, 0.05])
+@pytest.mark.slow
 def test_a_spread_across_a_narrow_resonance(share):
     """No polynomial follows it: the error states so, and devices one by one give the power to 1
     %."""

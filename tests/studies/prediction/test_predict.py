@@ -43,6 +43,7 @@ def test_a_power_law_has_a_lognormal_power(quantity, origin, exponent):
     assert math.log(result.voltage.ratio) == pytest.approx(1.96 * whole, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_measurement_narrows_as_its_smaller_spread_does():
     """The width after a measurement is that of a prediction whose number was measured; a wrong spread would differ."""
     unknown = GIVEN | {"coupling": "geometry", "damping": "unknown"}
@@ -96,6 +97,7 @@ def test_points_give_the_normal_posterior():
     )
 
 
+@pytest.mark.slow
 def test_a_power_and_a_resonance_pair_are_points_too():
     """The true device's own points give its coupling and damping back, each narrower than its prior."""
     scene = hv.load("examples/published/erturk_inman_2009.toml")

@@ -14,10 +14,12 @@ from tests.support.systems import PAPER, changed, scene
 
 STOPPED = scene(changed(PAPER, restitution=0.7))
 LOADS = "nondimensional.mu"
+ALONE = hv.Execution(workers=1)  # further processes would import all for a second of work
 
 
+@pytest.mark.slow
 def test_density_checks_the_ensemble_at_one_point_of_three(harvester, tmp_path):
-    table = hv.sweep(STOPPED, vary={LOADS: [0.5, 1.0, 2.0]})
+    table = hv.sweep(STOPPED, vary={LOADS: [0.5, 1.0, 2.0]}, execution=ALONE)
     count = {name: len(table.of(name)) for name in table.engines}
     assert count == {"published": 3, "averaged": 3, "ensemble": 3, "density": 1}
     (checked,) = table.of("density")
@@ -28,7 +30,7 @@ def test_density_checks_the_ensemble_at_one_point_of_three(harvester, tmp_path):
 
 def test_a_device_without_power_agrees_with_its_check():
     """Without coupling both powers are 0, which is not a difference."""
-    table = hv.sweep(STOPPED, vary={"nondimensional.beta": [0.0]})
+    table = hv.sweep(STOPPED, vary={"nondimensional.beta": [0.0]}, execution=ALONE)
     assert table.of("density")[0].mean_power.value == 0.0
     assert "agrees with ensemble at the compared point: 0.0 % apart" in str(table)
 
@@ -39,6 +41,7 @@ def test_points_of_a_check():
     assert grid([dataclasses.replace(axis, values=(1.0,))]).spread(1) == {0}
 
 
+@pytest.mark.slow
 def test_an_engine_that_differs_from_its_check_is_a_warning():
     """Far steps of the ensemble are off by more than errors that are derived from it."""
     points = grid([Axis(LOADS, (0.5, 1.0, 2.0))])
@@ -55,6 +58,7 @@ def test_an_engine_that_differs_from_its_check_is_a_warning():
     assert len(table.rows) == 4 and has(blind.diagnostics, "check_differs")
 
 
+@pytest.mark.slow
 def test_an_interrupted_check_is_resumed(tmp_path):
     points = grid([Axis(LOADS, (0.5, 1.0, 2.0))])
     engines = [hv.Averaged(), hv.Density()]

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 
 import harvester as hv
 
@@ -11,6 +12,7 @@ PLATE = hv.load("examples/plate_with_stop.toml").with_load(BRIDGE)
 VARY = {"load.parameters.R": "normal:10%", "piezo.coupling": "normal:5%"}
 
 
+@pytest.mark.slow
 def test_devices_have_the_powers_of_the_linear_law(tmp_path):
     """Devices that the engine computes on other noise are within the stated error, and vary as the law states."""
     execution = hv.Execution(out=tmp_path)
