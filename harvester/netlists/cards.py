@@ -15,7 +15,17 @@ BENCH = (".tran", ".options", ".option", ".opt", ".temp", ".print", ".plot", ".m
          ".nodeset", ".title", ".backanno", ".wave", ".four", ".end")  # fmt: skip
 LEFT_OUT = (".tran", ".ac", ".dc", ".op", ".noise", ".four", ".tf", ".sens", ".pz", ".disto",
             ".fft", ".print", ".plot", ".meas", ".measure", ".save", ".probe", ".nodeset",
-            ".backanno", ".wave", ".net", ".title", ".end", ".width")  # fmt: skip
+            ".backanno", ".wave", ".net", ".title", ".end", ".width",
+            ".loadbias", ".savebias")  # fmt: skip
+# cards of other simulators, each with its remedy
+REFUSED = {
+    ".if": "keep the lines of the branch that is meant",
+    ".alter": "make a deck of each variant",
+    ".data": "make a deck of each variant, or a harvester sweep of the scene",
+    ".csparam": "write .param",
+    ".machine": "write its states as B sources and switches",
+    ".ferret": "delete it, and copy the file that it fetches there",
+}
 # what a schematic has beside its elements
 BOARD = (*BENCH, ".probe", ".op", ".ac", ".dc", ".global")
 # Options that act on how ngspice computes or what it prints: this program sets those that matter

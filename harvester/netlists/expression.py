@@ -90,6 +90,14 @@ _REMEDIES = {
     "stp": "write u",
     "table": "write pwl",
 }
+# Functions of LTspice, unless the netlist has its own of that name.
+_OF_LTSPICE = {
+    "buf": "write x > 0.5 ? 1 : 0",
+    "inv": "write x > 0.5 ? 0 : 1",
+    **dict.fromkeys(("delay", "absdelay"), "let a resistor and a capacitor delay the voltage"),
+    **dict.fromkeys(("idt", "sdt", "idtmod"), "let a current source charge a capacitor"),
+    **dict.fromkeys(("mc", "flat", "rand", "random", "white"), _REMEDIES["gauss"]),
+}
 
 
 def plain_number(text: str, mil: bool = True) -> float | None:
@@ -154,7 +162,8 @@ class _Reader:
 
     def _unread(self, what: str) -> InputError:
         must = "have an expression that ngspice can read, but not"
-        return InputError(f"{self.where} must {must} at {what!r} of {self.text[:60]!r}")
+        remedy = f": write {2 * what}" if what in ("&", "|") else ""
+        return InputError(f"{self.where} must {must} at {what!r} of {self.text[:60]!r}{remedy}")
 
     def _next(self) -> str:
         return self.tokens[self.position] if self.position < len(self.tokens) else ""
@@ -324,7 +333,9 @@ def resolved(
         return operation(node.operation, *arguments)
 
     def called(name: str, arguments: list[Node]) -> Node:
-        if (function := functions(name)) is None:
+        if (function := functions(name)) is None and name in _OF_LTSPICE:
+            raise InputError(f"{where} must not use {name}: {_OF_LTSPICE[name]}")
+        if function is None:
             raise unknown(
                 f"function of {where}",
                 name,
