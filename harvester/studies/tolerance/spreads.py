@@ -217,7 +217,7 @@ def _nominal(key: str, scene: Scene) -> float:
             value = value.get(part) if isinstance(value, dict) else None
     if value is None and name.startswith("parameters."):
         circuit = Problem.of(scene).circuit
-        if circuit is None or scene.load is None or not scene.load.netlist:
+        if circuit is None or "netlist" not in scene.tables().get("load", {}):
             raise InputError(f"{key} must be of a netlist, but the scene has no load.netlist")
         value = circuit.value_of(name.removeprefix("parameters."))
     if isinstance(value, str):  # a netlist's parameter, written with its unit
