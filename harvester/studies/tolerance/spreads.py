@@ -216,10 +216,10 @@ def _nominal(key: str, scene: Scene) -> float:
         else:
             value = value.get(part) if isinstance(value, dict) else None
     if value is None and name.startswith("parameters."):
-        circuit = Problem.of(scene).circuit
-        if circuit is None or "netlist" not in scene.tables().get("load", {}):
+        if "netlist" not in scene.tables().get("load", {}):
             raise InputError(f"{key} must be of a netlist, but the scene has no load.netlist")
-        value = circuit.value_of(name.removeprefix("parameters."))
+        if (circuit := Problem.of(scene).circuit) is not None:
+            value = circuit.value_of(name.removeprefix("parameters."))
     if isinstance(value, str):  # a netlist's parameter, written with its unit
         value = read_value(key, value)
     if not isinstance(value, int | float) or value == 0.0:
