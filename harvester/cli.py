@@ -105,7 +105,8 @@ def exit_status(arguments: list[str]) -> int:
     except Exception as error:  # still one line, with a way to see more
         if os.environ.get("HARVESTER_TRACEBACK"):
             raise
-        return _say(str(named(error)), 3)
+        failure = named(error)
+        return _say(str(failure), failure.exit_status)
 
 
 _FILL = {

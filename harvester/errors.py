@@ -1,6 +1,7 @@
 """The named errors.  Each prints as one line; the command line maps them to its exit status."""
 
 import difflib
+import errno
 import functools
 import inspect
 import re
@@ -143,6 +144,12 @@ def named(error: Exception) -> HarvesterError:
     if isinstance(error, MemoryError) or _is_lost_memory_error(error):
         return SimulationError(
             "there is not enough memory: try fewer `trajectories`, `workers` or a longer `dt`"
+        )
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+        name = str(error.filename or "")
+        return InputError(
+            f"the name of a file must be shorter, but {shown(name)} has {len(name)} characters, "
+            "more than the system allows"
         )
     if isinstance(error, BlockingIOError) or error.args == NO_THREAD:
         return SimulationError(

@@ -7,11 +7,11 @@ left out; all other lines are kept as they are written.  The treatment of each l
 
 import re
 from collections.abc import Iterable, Iterator, Sequence, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from harvester.errors import invalid, unknown
-from harvester.netlists.cards import DEFINITIONS, LEFT_OUT, PARAMETERS, TEMPERATURES
+from harvester.errors import InputError, invalid, unknown
+from harvester.netlists.cards import DEFINITIONS, LEFT_OUT, PARAMETERS, REFUSED, TEMPERATURES
 from harvester.netlists.deck_capacitance import capacitance_of, parameters_of
 from harvester.netlists.deck_cards import (
     ParameterStep,
@@ -54,6 +54,7 @@ PHYSICAL = (
 _CHANGES = re.compile(
     r"^(alter|altermod|alterparam|set\s+temp|option|let\s+@|setcirc|source)\b", re.I
 )
+_FILE = re.compile(r"\bpwl\b[^=]*\bfile\s*=.*|\bwavefile\s*=.*", re.I)  # the rest of a source
 
 
 @dataclass
@@ -198,8 +199,16 @@ def _read(path: Path) -> SimulationDeck:
             _read_card(deck, line)
     named = [word for word in dropped if word not in (".title", ".end")]
     deck.remarks += [note("deck_cards", cards=", ".join(named))] if named else []
-    deck.elements = [read_element(line, deck.models) for line in outside]
+    deck.elements = [_element(line, deck.models) for line in outside]
     return deck
+
+
+def _element(line: Line, models: Set[str]) -> Element:
+    """The element of a line; a source may have its waveform in a file, as a drive's is left out."""
+    if line.word[0] not in "vi":
+        return read_element(line, models)
+    numbers = Line(line.where, _FILE.sub("pwl(0 0 1 1)", line.text))
+    return replace(read_element(numbers, models), line=line)
 
 
 def _without_commands(deck: SimulationDeck, lines: Iterable[Line]) -> Iterator[Line]:
@@ -226,6 +235,8 @@ def _read_card(deck: SimulationDeck, line: Line) -> None:
         named = {"element": line.word, "line": line.where, "unit": ""}
         odd = (unintended_number(word, named) for word in step_values(line))
         deck.remarks += [remark for remark in odd if remark is not None]
+    elif line.word in REFUSED:
+        raise InputError(f"deck {line.where} must not have {line.word}: {REFUSED[line.word]}")
     else:
         raise unknown(f"card in deck {line.where}", line.word, (*KEPT, *LEFT_OUT, ".step"))
 

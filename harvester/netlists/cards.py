@@ -11,23 +11,36 @@ from harvester.netlists.words import Words
 # cards that a load circuit may have
 DEFINITIONS = (".subckt", ".ends", ".model", ".param", ".func", ".include")
 PARAMETERS = (".param", ".params", ".parameter")
-BENCH = (".tran", ".options", ".option", ".opt", ".temp", ".print", ".plot", ".meas", ".measure", ".save", ".ic",
-         ".nodeset", ".title", ".backanno", ".wave", ".four", ".end")  # fmt: skip
-LEFT_OUT = (".tran", ".ac", ".dc", ".op", ".noise", ".four", ".tf", ".sens", ".pz", ".disto",
-            ".fft", ".print", ".plot", ".meas", ".measure", ".save", ".probe", ".nodeset",
-            ".backanno", ".wave", ".net", ".title", ".end", ".width")  # fmt: skip
+_BENCH_WORDS = """
+    .tran .options .option .opt .temp .print .plot .meas .measure .save .ic .nodeset .title
+    .backanno .wave .four .end
+"""
+BENCH = tuple(_BENCH_WORDS.split())
+_LEFT_OUT_WORDS = """
+    .tran .ac .dc .op .noise .four .tf .sens .pz .disto .fft .print .plot .meas .measure .save
+    .probe .nodeset .backanno .wave .net .title .end .width .loadbias .savebias
+"""
+LEFT_OUT = tuple(_LEFT_OUT_WORDS.split())
+# cards of other simulators, each with its remedy
+REFUSED = {
+    ".if": "keep the lines of the branch that is meant",
+    ".alter": "make a deck of each variant",
+    ".data": "make a deck of each variant, or a harvester sweep of the scene",
+    ".csparam": "write .param",
+    ".machine": "write its states as B sources and switches",
+    ".ferret": "delete it, and copy the file that it fetches there",
+}
 # what a schematic has beside its elements
 BOARD = (*BENCH, ".probe", ".op", ".ac", ".dc", ".global")
 # Options that act on how ngspice computes or what it prints: this program sets those that matter
 # itself.
-_NUMERICAL = frozenset([
-    "reltol", "abstol", "vntol", "chgtol", "trtol", "pivtol", "pivrel", "itl1", "itl2", "itl3",
-    "itl4", "itl5", "itl6", "method", "maxord", "xmu", "interp", "savecurrents", "noacct", "acct",
-    "list", "node", "nopage", "noinit", "nomod", "opts", "numdgt", "cptime", "limpts", "lvltim",
-    "post", "probe", "filetype", "plotwinsize", "warn", "noopiter", "steps", "srcsteps",
-    "keepopinfo", "seedinfo", "autostop", "minbreak", "maxwarns", "klu", "sparse", "rawfile",
-    "acout", "rawfmt", "measdgt",
-])  # fmt: skip
+_NUMERICAL_WORDS = """
+    reltol abstol vntol chgtol trtol pivtol pivrel itl1 itl2 itl3 itl4 itl5 itl6 method maxord
+    xmu interp savecurrents noacct acct list node nopage noinit nomod opts numdgt cptime limpts
+    lvltim post probe filetype plotwinsize warn noopiter steps srcsteps keepopinfo seedinfo
+    autostop minbreak maxwarns klu sparse rawfile acout rawfmt measdgt
+"""
+_NUMERICAL = frozenset(_NUMERICAL_WORDS.split())
 TEMPERATURES = ("temp", "tnom")
 _VOLTAGE = re.compile(r"v\(\s*([^\s(),]+)\s*\)\s*=\s*(\{[^}]*\}|'[^']*'|[^\s,]+)")
 

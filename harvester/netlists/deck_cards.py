@@ -165,8 +165,8 @@ def on_libraries(
         last = re.split(r"[\\/]", name)[-1]
         raise InputError(
             f"deck {line.where} must name a library in the deck's folder, but {last} is not there, "
-            f"and {', '.join(lost)} is needed of it: copy {last} there, or write a .model card"
-            " into the deck"
+            f"and {', '.join(lost)} is needed of it: copy {last} there, or write "
+            "its .model card or its .subckt into the deck"
         )
     for _, name in missing:
         yield note("deck_library", library=re.split(r"[\\/]", name)[-1])

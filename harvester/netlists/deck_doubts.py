@@ -28,6 +28,36 @@ def refuse_doubtful(device: DeckDevice, elements: Sequence[Element], file: str) 
     _refuse_series(device, elements, file)
     _refuse_half(device, elements, file)
     _refuse_probe(device, elements, file)
+    _refuse_signal(device, elements, file)
+
+
+def _refuse_signal(device: DeckDevice, elements: Sequence[Element], file: str) -> None:
+    """Refuse a source that feeds nothing and only controls others, which are the piezo's own model.
+
+    The harvester in its place would be amplified without a limit.
+    """
+    nets = {*map(net_of, device.nets)} - {"0"}
+    others = without(elements, device.elements)
+    fed = any(nets & {*map(net_of, each.current_nodes)} for each in others)
+    if device.capacitors or fed:
+        return
+    readers = [each for each in others if nets & _controls(each)]
+    if readers:
+        drive = device.drives[0]
+        names = ", ".join(each.name for each in readers)
+        raise InputError(
+            f"deck {file} must have the piezo's source at its nets, but {drive.name} only controls "
+            f"{names}: write {readers[0].name} as a source with the waveform of {drive.name}, and "
+            f"leave out {drive.name}"
+        )
+
+
+def _controls(element: Element) -> Set[str]:
+    """The nets whose voltages control an element."""
+    nets = element.nodes[len(element.current_nodes) :]
+    leaves = [] if element.value is None else element.value.leaves
+    read = [name for leaf in leaves if leaf.operation == "v" for name in leaf.names]
+    return {net_of(net) for net in (*nets, *read)}
 
 
 def _refuse_series(device: DeckDevice, elements: Sequence[Element], file: str) -> None:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from harvester.errors import invalid
+from harvester.errors import InputError, invalid
 from harvester.netlists.expression import SOURCES, plain_number, read
 from harvester.netlists.expression_tree import Node, constant, operation
 from harvester.netlists.read_lines import Line
@@ -101,6 +101,8 @@ def read_element(line: Line, models: Set[str]) -> Element:
     kind = line.word[0]
     where = f"netlist {line.where}"
     text = names_of(line)
+    if kind == "a":
+        raise invalid(where, "have B sources and switches in place of an A device", line.text[:60])
     if kind not in LETTERS and kind != "x":
         letters = "".join(sorted([*LETTERS, "x"])).upper()
         raise invalid(where, f"begin with a card or one of the elements {letters}", line.word)
@@ -225,6 +227,8 @@ def _passive(*keys: str) -> Callable[[Words, Set[str], tuple[str, ...]], Fields]
     def fields(words: Words, models: Set[str], nodes: tuple[str, ...]) -> Fields:
         given = words.pop(*keys)
         read_so_far: Fields = {}
+        if "tc" in words.pairs:
+            raise invalid(words.where, "have tc=a,b as tc1=a tc2=b", words.text[:60])
         if words.alone and words.alone[0] not in models and given is None:
             given = words.next("a value")
         if words.alone and words.alone[0] in models:
@@ -312,6 +316,8 @@ def _controlled(form: str, voltage: bool) -> Callable[[Words, Set[str], tuple[st
             if text[0] not in "{'\"":
                 raise invalid(words.where, "have its function in braces", text[:60])
             return {"value": read(text[1:-1], words.where, SOURCES), "form": form}
+        if {"table", "laplace", "freq"} & words.pairs.keys():
+            raise _no_table(words)
         words.take("vcvs", "vccs", "ccvs", "cccs")
         if words.alone and words.alone[0] in ("poly", "table", "laplace", "freq"):
             return _polynomial(words, form, voltage)
@@ -332,6 +338,12 @@ def _controlled(form: str, voltage: bool) -> Callable[[Words, Set[str], tuple[st
     return fields
 
 
+def _no_table(words: Words) -> InputError:
+    return invalid(
+        words.where, "write its table or transfer function as a B source", words.text[:60]
+    )
+
+
 def _polynomial(words: Words, form: str, voltage: bool) -> Fields:
     """POLY(n): a polynomial of n voltages or currents, by the order of its terms in SPICE 2."""
     kind = words.next("a form")
@@ -341,9 +353,7 @@ def _polynomial(words: Words, form: str, voltage: bool) -> Fields:
         or not words.alone[0].isdigit()
         or not 1 <= int(words.alone[0]) <= 10
     ):
-        raise invalid(
-            words.where, "write its table or transfer function as a B source", words.text[:60]
-        )
+        raise _no_table(words)
     count = int(words.next("a number of controls"))
     inputs = [
         Node("v", names=(words.next("a node"), words.next("a node")))

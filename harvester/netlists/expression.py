@@ -53,8 +53,11 @@ class Language(NamedTuple):
     constants: Mapping[str, float]
 
 
-_UNARY = ("abs", "exp", "ln", "log10", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh",
-        "asinh", "acosh", "atanh", "floor", "ceil", "nint", "sgn")  # fmt: skip
+_UNARY_WORDS = """
+    abs exp ln log10 sqrt sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh floor ceil
+    nint sgn
+"""
+_UNARY = tuple(_UNARY_WORDS.split())
 _BOTH = {name: (1, name) for name in _UNARY} | {
     "log": (1, "ln"),
     "min": (2, "min"),
@@ -89,6 +92,14 @@ _REMEDIES = {
     "ddt": "ngspice's derivative is no more than a difference of its steps: let a capacitor make it",
     "stp": "write u",
     "table": "write pwl",
+}
+# Functions of LTspice, unless the netlist has its own of that name.
+_OF_LTSPICE = {
+    "buf": "write x > 0.5 ? 1 : 0",
+    "inv": "write x > 0.5 ? 0 : 1",
+    **dict.fromkeys(("delay", "absdelay"), "let a resistor and a capacitor delay the voltage"),
+    **dict.fromkeys(("idt", "sdt", "idtmod"), "let a current source charge a capacitor"),
+    **dict.fromkeys(("mc", "flat", "rand", "random", "white"), _REMEDIES["gauss"]),
 }
 
 
@@ -154,7 +165,8 @@ class _Reader:
 
     def _unread(self, what: str) -> InputError:
         must = "have an expression that ngspice can read, but not"
-        return InputError(f"{self.where} must {must} at {what!r} of {self.text[:60]!r}")
+        remedy = f": write {2 * what}" if what in ("&", "|") else ""
+        return InputError(f"{self.where} must {must} at {what!r} of {self.text[:60]!r}{remedy}")
 
     def _next(self) -> str:
         return self.tokens[self.position] if self.position < len(self.tokens) else ""
@@ -324,7 +336,9 @@ def resolved(
         return operation(node.operation, *arguments)
 
     def called(name: str, arguments: list[Node]) -> Node:
-        if (function := functions(name)) is None:
+        if (function := functions(name)) is None and name in _OF_LTSPICE:
+            raise InputError(f"{where} must not use {name}: {_OF_LTSPICE[name]}")
+        if function is None:
             raise unknown(
                 f"function of {where}",
                 name,

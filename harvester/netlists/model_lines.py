@@ -140,6 +140,9 @@ def read_model(line: Line) -> WrittenModel:
     name = "".join(tokens[1:2])
     kind = "".join(tokens[2:3])
     rest = tokens[3:]
+    if kind.startswith("ako:"):
+        must = f"have the keys of {kind[4:]} itself, because ngspice has no ako:"
+        raise invalid(f"model {name} in {where}", must, line.text[:60])
     if kind not in KEYS or name == "=":
         raise invalid(where, f"have a model of one of the types {', '.join(KEYS)}", line.text[:60])
     words, texts = _texts(line, kind, rest)

@@ -168,7 +168,8 @@ def _joined_lines(
             continue  # the first line of a netlist is its title
         if lines and lines[-1].word == ".end" and not included:
             raise InputError(
-                f"netlist {where} must not follow .end, as some versions of ngspice read it"
+                f"netlist {where} must not follow .end, as some versions of ngspice read it: "
+                "delete it, or move .end"
             )
         if text.startswith("+"):
             if not lines:
@@ -211,6 +212,8 @@ def _text(path: Path, left: list[int], given: str | None = None) -> str:
     except UnicodeDecodeError:
         must = "be text (UTF-8, UTF-16 or cp1252)"
         raise InputError(f"netlist {path.name} must {must}, but is not") from None
+    if "\n" not in text:  # as on old machines
+        text = text.replace("\r", "\n")
     for number, line in enumerate(text.split("\n"), 1):
         if not line.replace("\t", " ").isprintable():
             raise InputError(
@@ -223,8 +226,9 @@ def _encoding(data: bytes) -> str:
     """The encoding of a netlist's bytes; UTF-16 without a mark has a zero in every second one."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return "utf-16"
-    if data and 3 * data[1::2].count(0) > len(data):
-        return "utf-16-le"
+    for first, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
+        if data and 3 * data[first::2].count(0) > len(data):
+            return encoding
     try:
         data.decode("utf-8-sig")
     except UnicodeDecodeError:

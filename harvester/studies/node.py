@@ -646,9 +646,12 @@ def _of_outage(
         return {}, []
     base = reading.base
     survived = reading.value(lambda course: course.survived, most=1.0)
+    lasts = reading.value(lambda course: course.lasts)
+    if _outlasts_the_search(lasts, run.outage):
+        lasts = lasts.with_unknown("times above ten outages")
     fields: dict[str, Any] = {
         "outage": run.outage,
-        "lasts": reading.value(lambda course: course.lasts),
+        "lasts": lasts,
         "outage_packets": reading.value(lambda course: course.outage_packets),
         "share_survived": None if noise is None else survived,
     }
@@ -695,8 +698,13 @@ def _answer(
         lasts=None if lasts is None else lasts.value,
         lasts_error=None if lasts is None else lasts.known_error95,
         survived=None if survived is None else survived.value,
-        longest=lasts is not None and lasts.value >= LASTS * (run.outage or 0.0) * ALMOST,
+        longest=lasts is not None and _outlasts_the_search(lasts, run.outage or 0.0),
     )
+
+
+def _outlasts_the_search(lasts: Value, outage: float) -> bool:
+    """Whether a node runs without excitation for as long as it is followed."""
+    return lasts.value >= LASTS * outage * ALMOST
 
 
 def _rate(course: NodeCourse) -> float:

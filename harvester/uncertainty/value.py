@@ -18,6 +18,7 @@ from harvester.quantities.units import SYMBOLS
 NORMAL_QUANTILE = 1.96
 ROUNDED = 6  # digits of a value whose only error is rounding
 YEAR = 365.25 * 86400.0  # s
+HOUR = 3600.0  # s
 
 
 @names_arguments
@@ -192,7 +193,10 @@ class Value:
 
         ``unit`` is one for a value that has none of its own.
         """
-        written, behind = self._writer(unit or self.unit)
+        unit = unit or self.unit
+        if unit == "s" and self._is_long_and_exact():
+            return f"{clock(self.value)} (error below 1 min)"
+        written, behind = self._writer(unit)
         digits = 4
         if self.known_error95 > 0.0 and self.value != 0.0:
             # to the second digit of the total error
@@ -214,11 +218,16 @@ class Value:
             text += f" +- {written(self.model)} (model, estimated)"
         return f"{text}{behind}"
 
+    def _is_long_and_exact(self) -> bool:
+        """Whether it is a time of hours with an error below the last unit of `clock`."""
+        return self.value >= HOUR and 0.0 < (self.error95 or 0.0) < 0.5
+
     def _writer(self, unit: str) -> tuple[Callable[..., str], str]:
         """How numbers are written in a unit and so many digits (2), and the text after them."""
         if unit == "s" and self.value >= 59.5 and not 0.0 < self.known_error95 < 0.5:
             return lambda number, digits=2: clock(float(f"{number:.{digits}g}")), ""
-        prefixed = unit and "^" not in unit and not unit[0].isdigit() and unit != "%"
+        plain = unit == "%" or (unit == "s" and self.value >= 1e3)  # nobody counts in ks
+        prefixed = unit and "^" not in unit and not unit[0].isdigit() and not plain
         scale, prefix = _engineering(self.value) if prefixed else (1.0, "")
         return lambda number, digits=2: two_digits(
             number / scale, digits

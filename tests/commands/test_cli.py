@@ -189,6 +189,16 @@ def test_a_defect_of_ours_is_one_line_too(harvester, monkeypatch):
     )
 
 
+def test_a_name_that_no_file_has_is_one_line(harvester, tmp_path, monkeypatch):
+    """The line was one of the system's, with the number of an error and no remedy."""
+    monkeypatch.chdir(tmp_path)
+    device = ["--mass=40g", "--frequency=3.2Hz", "--capacitance=50nF", "--coupling=1mN/V"]
+    device += ["--damping-ratio=0.01", "--acceleration-psd=1e-5g^2/Hz", "--resistance=1Mohm"]
+    status, _, error = harvester("new", "a" * 300 + ".toml", *device)
+    assert (status, error.count("\n")) == (2, 1)
+    assert "the name of a file must be shorter" in error and "has 305 characters" in error
+
+
 NO_MORE = "ulimit -u sets how many threads and processes may start"
 
 

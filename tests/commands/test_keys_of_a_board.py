@@ -45,6 +45,14 @@ def test_a_spread_of_an_unknown_part_is_answered_with_the_list(harvester, spread
     assert "LOW:HIGH" not in error and "devices" not in error
 
 
+def test_a_part_of_a_scene_without_a_netlist(harvester):
+    """The remedy was LOW:HIGH, which such a scene does not have either."""
+    scene = ROOT / "examples" / "plate.toml"
+    status, _, error = harvester("tolerance", scene, "--vary", "load.parameters.R99=5%")
+    assert (status, error.count("\n")) == (2, 1)
+    assert "must be of a netlist, but the scene has no load.netlist" in error
+
+
 def test_a_scene_without_a_netlist(harvester):
     status, _, error = harvester("keys", ROOT / "examples" / "plate.toml")
     assert (status, "must have a netlist" in error) == (2, True)

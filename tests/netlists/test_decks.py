@@ -214,7 +214,7 @@ def test_what_is_not_sure_is_asked_for(tmp_path):
     "name, line, why",
     [
         ("deck.cir", ".fourier v(out)", "unknown card in deck deck.cir line"),
-        ("deck.cir", "A1 X 0 am", "a1"),
+        ("deck.cir", "A1 X 0 am", "A1"),
         ("deck.asc", "", "View > SPICE Netlist"),
         ("deck.kicad_sch", "", "kicad-cli sch export netlist --format spice -o deck.cir deck.kicad_sch"),
         ("deck.cir", ".control\nrun", "end its commands"),

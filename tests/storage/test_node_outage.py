@@ -101,6 +101,17 @@ def test_the_answer_comes_first_and_powers_stand_apart():
     assert "outage" not in answer and answer["used"]["value"] < answer["clamped"]["value"]
 
 
+@pytest.mark.slow
+def test_the_end_of_a_node_that_outlasts_ten_outages_is_not_known():
+    """It is followed no longer, so that its time is the least, without an error."""
+    found = hv.node(SCENE, days=0.02, stop="1 s")
+    assert "the storage lasts longer than 10 s" in str(found.answer)
+    assert found.lasts.value == pytest.approx(10.0)
+    assert found.lasts.error95 is None and "above ten outages" in found.lasts.format("s")
+    ends = hv.node(SCENE, days=0.02, stop="1 min").lasts
+    assert ends.value < 600.0 and not ends.unknown
+
+
 @pytest.mark.parametrize("stop", ["never", "-1 s", "0 s", "3 V", "2 years"])
 def test_an_outage_that_is_none_is_refused(stop):
     with pytest.raises(hv.InputError, match="`stop` must be") as refused:

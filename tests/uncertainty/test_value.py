@@ -106,6 +106,8 @@ def test_times_are_told_as_people_say_them(seconds, told):
         ),
         (Value(243.12, stderr=0.05), "s", "243.12 +- 0.098 (95 %, sampling) s"),
         (Value(7500.0), "s", "2 h 5 min"),
+        (Value(10050.01, model=2.5e-6), "s", "2 h 47 min (error below 1 min)"),
+        (Value(1234.5678, bias=2e-3), "s", "1234.5678 +- 0.002 (step) s"),
         (Value(0.0123, bias=1e-4), "s", "12.3 +- 0.1 (step) ms"),
     ],
 )

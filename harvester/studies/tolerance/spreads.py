@@ -215,12 +215,11 @@ def _nominal(key: str, scene: Scene) -> float:
             value = value[int(part) - 2] if int(part) - 2 < len(value) else None
         else:
             value = value.get(part) if isinstance(value, dict) else None
-    if (
-        value is None
-        and name.startswith("parameters.")
-        and (circuit := Problem.of(scene).circuit) is not None
-    ):
-        value = circuit.value_of(name.removeprefix("parameters."))
+    if value is None and name.startswith("parameters."):
+        if "netlist" not in scene.tables().get("load", {}):
+            raise InputError(f"{key} must be of a netlist, but the scene has no load.netlist")
+        if (circuit := Problem.of(scene).circuit) is not None:
+            value = circuit.value_of(name.removeprefix("parameters."))
     if isinstance(value, str):  # a netlist's parameter, written with its unit
         value = read_value(key, value)
     if not isinstance(value, int | float) or value == 0.0:
