@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
 from itertools import starmap
@@ -107,7 +107,8 @@ def ahead(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Iterator[Future
 
     Their code is in the cache afterwards, and their result or error is left aside.  None,
     and no job, on one core, without a cache, in a process that runs ngspice itself, and next to
-    workers that run already.  An error in the block ends the process.
+    workers that run already.  An error in the block ends the process, unless another thread has
+    it by then.
     """
     alone = worker_count() == 1 or _here.get() is not None or folders.cache_folder() is None
     if alone or idle_workers or workers_ahead:
@@ -118,12 +119,14 @@ def ahead(*jobs: tuple[Callable[..., Any], tuple[Any, ...]]) -> "Iterator[Future
         processes.submit_to_one(deque([process]), _new, function, arguments)[0]
         for function, arguments in jobs
     ]
-    workers_ahead.append((process, futures))
+    started = process, futures
+    workers_ahead.append(started)
     try:
         yield futures[0]
     except BaseException:
-        workers_ahead.clear()
-        processes.kill(process)
+        with suppress(ValueError):  # another thread waits for it, or uses it
+            workers_ahead.remove(started)
+            processes.kill(process)
         raise
 
 

@@ -191,7 +191,8 @@ def _refuse_two_rates(time: Floats) -> None:
     other = np.abs(spacings / spacings[0] - 1.0) > CHANGED
     first = int(np.argmax(other))
     if other.any() and other[first:].all():
-        row = BLOCK * first - 1
+        # before the change: half of that block's steps, which have the first rate's median
+        row = BLOCK * (first - 1) + BLOCK // 2
         mean = float(time[row] - time[0]) / row
         later = float(time[-1] - time[row + BLOCK]) / (len(time) - 1 - row - BLOCK)
         if not abs(later / mean - 1.0) > CHANGED:

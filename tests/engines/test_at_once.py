@@ -32,29 +32,25 @@ def runs():
         "ensemble, another seed": partial(hv.run, paper, engine=hv.Ensemble(seed=7, **short)),
         "ensemble, tone": partial(hv.run, tone, engine=hv.Ensemble()),
         "ideal": partial(hv.run, bridge, engine=hv.Ideal(judged=False, **short)),
-        "compiled": partial(hv.run, tone.with_load(netlist="bridge"), engine=hv.Compiled()),
+        "compiled": partial(
+            hv.run, tone.with_load(netlist="bridge"), engine=hv.Compiled(judged=False)
+        ),
         "spice, tone": partial(hv.run, tone, engine=hv.Spice()),
     }
 
 
-# What depends on the time that a loaded machine leaves: whether ngspice judges a compiled circuit.
-TIMED = {"seconds", "model_bias", "error95", "diagnostics", "warnings", "reason"}
-
-
 def bits(run):
-    """All numbers of an answer but those of `TIMED`, exact to the last bit."""
+    """An answer without its seconds, exact to the last bit."""
     return json.dumps(untimed(run().as_json()), sort_keys=True)
 
 
 def untimed(answer):
-    """An answer without what depends on time, at all depths."""
+    """An answer without its seconds, at all depths."""
+    if isinstance(answer, list):
+        return [untimed(part) for part in answer]
     if not isinstance(answer, dict):
         return answer
-    return {
-        key: untimed(part)
-        for key, part in answer.items()
-        if key not in TIMED and not key.endswith("seconds")
-    }
+    return {key: untimed(part) for key, part in answer.items() if not key.endswith("seconds")}
 
 
 def different(chosen, alone, rounds):

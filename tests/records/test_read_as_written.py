@@ -106,3 +106,9 @@ def test_a_line_without_numbers_in_a_scene_s_record_is_refused(tmp_path):
     rows.insert(300, "OVERLOAD")
     with pytest.raises(InputError, match="OVERLOAD"):
         read_record(written(tmp_path, "t (s),a (m/s^2)\n" + "\n".join(rows) + "\n"))
+
+
+def test_a_clock_may_have_two_halves_of_a_day():
+    """Twelve is the first hour of either half."""
+    cells = ["12:00:00 AM", "01:00:00 AM", "11:59:59 AM", "12:00:00 PM", "01:30:00 PM"]
+    assert seconds(cells, "FILE") == pytest.approx([0.0, 3600.0, 43199.0, 43200.0, 48600.0])

@@ -232,3 +232,22 @@ def test_currents_between_the_voltages_of_a_table_are_straight():
     np.testing.assert_allclose(between, 0.5 * (table[1:] + table[:-1]), rtol=1e-9)
     assert node.at(table, 2.0 * node.top) == table[-1]
     assert node.at(table, -1.0) == table[0]
+
+
+@pytest.mark.parametrize("amperes", [1e-4, 1.3e-5, 6e-6])
+def test_intervals_between_packets_add_up_to_the_time_from_the_first_to_the_last(amperes):
+    """One fewer than packets, however long each is, also if cycles repeat themselves."""
+    course = run(amperes=amperes).course(20_000.0)
+    means, numbers = course.intervals
+    assert numbers.sum() == pytest.approx(course.packets - 1.0, rel=1e-9)
+    assert (means * numbers).sum() == pytest.approx(course.last - course.first, rel=1e-9)
+    assert means.min() > 0.99  # of its interval of 1 s
+
+
+def test_an_aged_storage_capacitor_is_a_smaller_one():
+    """Half of the capacitance is charged in half of the time."""
+    new, aged = (
+        run(storage={"capacitance_left": left} if left else None).course(1000.0).first - 0.01
+        for left in (None, 0.5)
+    )
+    assert aged == pytest.approx(0.5 * new, rel=1e-9)

@@ -63,3 +63,24 @@ def test_further():
     assert added_effort(10.0, 10.1) == pytest.approx(1.0)
     assert added_effort(10.0, 20.0) == pytest.approx(11.0)
     assert added_effort(10.0, math.inf) == pytest.approx(80.0)
+
+
+@pytest.mark.parametrize("within", [0.003, 0.01, 0.2])
+def test_another_step_is_taken_only_where_it_pays(within):
+    """A step is changed for `CHANGE` times less work and more, never for less; and always for more than that."""
+    biases = within * np.geomspace(1e-4, 1e4, 60)
+    for bias in biases:
+        chosen = best_factor(within, bias, 0.0)
+        works = {f: cost(within, bias, f) for f in FACTORS if bias * f**2 < 0.7 * within}
+        now = works.get(1.0, math.inf)
+        assert chosen == 1.0 or CHANGE * works[chosen] < now * (1.0 + 1e-12)
+        assert chosen != 1.0 or CHANGE * min(works.values(), default=math.inf) >= now * (
+            1.0 - 1e-12
+        )
+
+
+def test_a_bias_that_takes_seven_tenths_of_the_target_leaves_too_little():
+    """At the smallest step that there is: no work reaches the target well, so that the step stays."""
+    smallest = min(FACTORS)
+    assert best_factor(0.01, 0.69 * 0.01 / smallest**2, 0.0) == smallest
+    assert best_factor(0.01, 0.71 * 0.01 / smallest**2, 0.0) == 1.0

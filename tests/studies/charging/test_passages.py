@@ -92,3 +92,28 @@ def test_records_without_a_likeness_say_as_much_as_their_runs():
     assert narrow <= 1.001 * wide < 1.4 * narrow
     every = dataclasses.replace(passages(np.ones((128, 1))), together=64)
     assert every.reached_between() == pytest.approx(share_interval(2, 2))
+
+
+def test_runs_that_are_all_alike_on_their_record_are_as_many_as_records():
+    """A record whose runs all arrive, or none, is one run: the interval is about that of so many independent ones."""
+    arrives = np.repeat([1.0] * 12 + [math.inf] * 12, 50)
+    alike = dataclasses.replace(passages(np.column_stack([arrives, arrives])), together=50)
+    low, high = alike.reached_between()
+    known = share_interval(12, 24)
+    assert (low, high) == pytest.approx(known, abs=0.02)
+    alone_low, alone_high = dataclasses.replace(alike, together=1).reached_between()
+    assert alone_high - alone_low < 0.25 * (high - low)
+
+
+@pytest.mark.parametrize("records", [4, 25])
+def test_records_with_the_same_share_count_each_once(records):
+    """Their shares have no spread, from which nothing can be estimated."""
+    arrives = np.tile([1.0, math.inf], 50 * records)
+    same = dataclasses.replace(passages(np.column_stack([arrives, arrives])), together=100)
+    assert same.reached_between() == pytest.approx(share_interval(0.5 * records, records))
+
+
+def test_one_run_has_its_own_share():
+    """Without noise there is one run, which arrives or does not."""
+    assert passages([[1.0, 3.0]]).reached_between() == (1.0, 1.0)
+    assert passages([[1.0, math.inf]]).reached_between() == (0.0, 0.0)

@@ -139,3 +139,11 @@ def test_axes_may_be_texts_of_the_command_line():
     for wrong in ([3.0], 3, b"x"):
         with pytest.raises(InputError, match="`vary` must be KEY=VALUES"):
             axes_of(wrong)
+
+
+@pytest.mark.parametrize("keys", [1, 2])
+def test_a_list_of_points_has_the_shape_of_its_length(keys):
+    """However many keys each point has."""
+    axes = tuple(Axis(f"oscillator.key{k}", (1.0, 2.0, 3.0)) for k in range(keys))
+    assert Points(axes, listed=True).shape == (3,) == (len(Points(axes, listed=True)),)
+    assert Points(axes).shape == keys * (3,)
