@@ -29,7 +29,7 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 TARGETS = (0.01, 0.1, 0.002)
 MOST = 1.5  # times the budget
 LONGEST = 60.0  # s: of a prediction that is tried
-SHORTEST = 1.0  # s of the processor, from which on a prediction is asked for
+SHORTEST = 1.0  # s of CPU time, from which on a prediction is asked for
 REFEREE = 1e-3  # relative error of a reference
 SEEDS = 30
 

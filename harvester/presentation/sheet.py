@@ -16,7 +16,7 @@ from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.glossary import Term, term
 from harvester.presentation.scene_words import in_words
 from harvester.presentation.table import Column, Table
-from harvester.uncertainty.value import Value, clock, percent
+from harvester.uncertainty.value import Value, clock, percent, two_digits
 
 ERROR_OF = "error_of_"  # before the name of a number: its total error at 95 %
 IN_THE_HEAD = frozenset({"engine", "seconds", "steps"})
@@ -182,6 +182,8 @@ def _text(content: Any, about: Term, unit: str) -> str:
         return "yes" if content else "no"
     if isinstance(content, Value | float | int):
         return quantity(content, about, unit)
+    if isinstance(content, WholeError) and about.kind == "share":  # not a part of a part
+        return f"{quantity(content.value, about, unit)} +- {two_digits(100.0 * content.error95)} % (95 %)"
     if isinstance(content, WholeError):
         error = f" +- {percent(content.error95, content.value)} (95 %)" if content.value else ""
         return quantity(content.value, about, unit) + error
