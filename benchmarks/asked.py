@@ -7,7 +7,7 @@ the stated error, and seconds of the wall and of all processes together (``busy`
 counted compiles before.  ``early`` is an answer beyond the target with a quarter of the budget left
 and no engine named that would do. `predictions` gives each scene that took a second and more a third of
 that, and compares the seconds that its answer then says are enough with those that a run takes which
-has them.  `coverage` counts answers of seeds whose whole error includes a reference of `density`.
+has them.  `coverage` counts answers of seeds whose total error includes a reference of `density`.
 """
 
 import argparse
@@ -370,7 +370,7 @@ def predictions(options):
 
 
 def coverage(options):
-    """Answers of seeds whose whole error includes the reference."""
+    """Answers of seeds whose total error includes the reference."""
     rows = []
     for name in options.scene or REFERENCED:
         reference = hv.Density(within=REFEREE, budget=120.0).run(scene(name)).mean_power

@@ -176,17 +176,21 @@ def _rows(name: str, content: Any, units: AnswerUnits, unit: str) -> Iterator[tu
         yield about.label, text
 
 
+def _with_error(content: WholeError, about: Term) -> str:
+    """The error of a number in per cent: of the number, or of the whole if the number itself is a fraction."""
+    if about.kind == "share":
+        return f" +- {two_digits(100.0 * content.error95)} % (95 %)"
+    return f" +- {percent(content.error95, content.value)} (95 %)" if content.value else ""
+
+
 def _text(content: Any, about: Term, unit: str) -> str:
     """A number, a value or a text, several texts, or the two ends of a range as people read them; else empty."""
     if isinstance(content, bool):
         return "yes" if content else "no"
     if isinstance(content, Value | float | int):
         return quantity(content, about, unit)
-    if isinstance(content, WholeError) and about.kind == "share":  # not a part of a part
-        return f"{quantity(content.value, about, unit)} +- {two_digits(100.0 * content.error95)} % (95 %)"
     if isinstance(content, WholeError):
-        error = f" +- {percent(content.error95, content.value)} (95 %)" if content.value else ""
-        return quantity(content.value, about, unit) + error
+        return quantity(content.value, about, unit) + _with_error(content, about)
     if isinstance(content, str | Diagnostic):
         return str(content)
     if isinstance(content, tuple) and all(isinstance(part, str) for part in content):

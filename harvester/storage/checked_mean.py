@@ -155,7 +155,7 @@ class CheckedMean:
         return changed - base
 
     def load(self, separation: float) -> dict[str, float]:
-        """`of_load` of the trajectory, and the whole error of the duty cycle.
+        """`of_load` of the trajectory, and the total error of the duty cycle.
 
         That is its change by the step and by each check, and by the relative ``separation``, which
         only the mean power is corrected for.
