@@ -46,6 +46,14 @@ from harvester.commands.study import Output, study_command
         "harmonic excitation, all chips.",
     ),
     cloup.option("--chips", metavar="A,B,...", help="Chips: ltc3588, bq25570."),
+)
+@cloup.option_group(
+    "Computation",
+    cloup.option(
+        "--budget",
+        metavar="TIME",
+        help="Time limit, such as 60s: circuits that do not fit into it are left out.  Default: unlimited.",
+    ),
     seed_option,
 )
 @cloup.option_group(
@@ -64,7 +72,7 @@ def design(output: Output, circuits: str | None, chips: str | None, **options: A
     from harvester.studies.design.decision import design as study
 
     options |= {"circuits": _names(circuits), "chips": _names(chips)}
-    with Bar("design") as bar:
+    with Bar("design", shorter="" if options["budget"] else "--budget") as bar:
         answer = study(output.scene, execution=output.execution(bar), **options)
     files = ("design.toml", "design.csv", "design.png", "provenance.json")
     output.show(answer, files, lambda _: of_result(answer.scene, "design", answer))

@@ -33,6 +33,7 @@ from harvester.engines.sampling import Model
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
+from harvester.linear.record_doubts import join_change
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target, added_effort, best_factor
@@ -147,14 +148,16 @@ class Ensemble(MonteCarloOptions, Engine):
         if within is None:
             return judge(), []
         known = judge() if self.JUDGED_FIRST else None
+        join = join_change(problem.equations)
         obstacle = exists.obstacle(within)
+        if join >= within:
+            obstacle = obstacle or warning("within_record_join", within=within, change=join)
         said: list[Diagnostic | None] = []
         beyond = known is not None and known[0].get(name, 0.0) > within
         if obstacle is None and not (beyond and self.GIVES_UP):
             budget = number(self.budget)
             target = Target(within, budget, setup.budget_begin, gives_up=self.GIVES_UP)
-            if known is not None:
-                target.leave(known[0].get(name, 0.0))
+            target.leave(join + (known[0].get(name, 0.0) if known is not None else 0.0))
             obstacle = sampling.refine(sampler, target)
             said.append(sampler.effort(within))
         known = known or judge()

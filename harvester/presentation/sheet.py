@@ -16,7 +16,7 @@ from harvester.presentation.diagnostic import Diagnostic
 from harvester.presentation.glossary import Term, term
 from harvester.presentation.scene_words import in_words
 from harvester.presentation.table import Column, Table
-from harvester.uncertainty.value import Value, clock, percent
+from harvester.uncertainty.value import Value, clock, percent, two_digits
 
 ERROR_OF = "error_of_"  # before the name of a number: its total error at 95 %
 IN_THE_HEAD = frozenset({"engine", "seconds", "steps"})
@@ -176,6 +176,13 @@ def _rows(name: str, content: Any, units: AnswerUnits, unit: str) -> Iterator[tu
         yield about.label, text
 
 
+def _with_error(content: WholeError, about: Term) -> str:
+    """The error of a number in per cent: of the number, or of the whole if the number itself is a fraction."""
+    if about.kind == "share":
+        return f" +- {two_digits(100.0 * content.error95)} % (95 %)"
+    return f" +- {percent(content.error95, content.value)} (95 %)" if content.value else ""
+
+
 def _text(content: Any, about: Term, unit: str) -> str:
     """A number, a value or a text, several texts, or the two ends of a range as people read them; else empty."""
     if isinstance(content, bool):
@@ -183,8 +190,7 @@ def _text(content: Any, about: Term, unit: str) -> str:
     if isinstance(content, Value | float | int):
         return quantity(content, about, unit)
     if isinstance(content, WholeError):
-        error = f" +- {percent(content.error95, content.value)} (95 %)" if content.value else ""
-        return quantity(content.value, about, unit) + error
+        return quantity(content.value, about, unit) + _with_error(content, about)
     if isinstance(content, str | Diagnostic):
         return str(content)
     if isinstance(content, tuple) and all(isinstance(part, str) for part in content):

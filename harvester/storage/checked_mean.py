@@ -11,6 +11,7 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.presentation.sheet import ERROR_OF
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import STORE
 from harvester.storage.slow_circuit import SlowCircuit, SlowPath
@@ -152,6 +153,20 @@ class CheckedMean:
             mean_rate(run, integral, self._whole) for run in (self._others[check], self.base)
         )
         return changed - base
+
+    def load(self, separation: float) -> dict[str, float]:
+        """`of_load` of the trajectory, and the total error of the duty cycle.
+
+        That is its change by the step and by each check, and by the relative ``separation``, which
+        only the mean power is corrected for.
+        """
+        numbers = of_load(self.path)
+        duty, base, *others = (
+            of_load(run)["load_on"] for run in (self.path, self.base, *self._others.values())
+        )
+        by_checks = sum(abs(other - base) for other in others)
+        error = abs(base - duty) + by_checks + separation * duty
+        return numbers | {f"{ERROR_OF}load_on": error}
 
     def value(self, integral: str, judge: float, unknown: str, correction: Correction) -> Value:
         """The corrected mean with its errors; ngspice may differ by the share ``judge``."""

@@ -22,6 +22,7 @@ from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import whole_steps
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, MASS_ROWS, Schedule
 from harvester.storage.rectifier_cut import STORE
+from harvester.storage.time_limit import check_time
 from harvester.uncertainty.paired_difference import enough_entries
 
 HELD = 1e7  # of a storage capacitor that is held, over the piezo's capacitance
@@ -87,6 +88,7 @@ class HeldStores:
             self.stored[...] = volts * self.farads / self.unit
         before = self.stored.copy()
         squares, duration = self._move_on(duration)
+        check_time()
         charges = ((self.stored - before) * self.unit).ravel()
         return Gained(charges, squares, duration / self.scales.frequency)
 

@@ -38,6 +38,7 @@ from harvester.storage.rectifier_cut import (
     is_plain_store,
     with_store,
 )
+from harvester.storage.time_limit import check_time, working_seconds
 from harvester.uncertainty.value import Value, mean_and_error
 
 VOLTAGES = 12
@@ -145,6 +146,7 @@ def measured_current(
     counts = (1.0 if eqs.is_steady else MEASURED) * unit
     largest = 0.0
     rungs = list[Rung]()
+    begin = working_seconds()
     for volts in map(float, voltages):
         settles = (STEPPED if rungs and not eqs.is_steady else FADED) * unit
         if rough is None:
@@ -153,6 +155,7 @@ def measured_current(
         else:
             rung, largest = _soon_settled(held, volts, (unit, settles), rough, largest)
         rungs.append(rung)
+        check_time(begin, len(rungs) / len(voltages))
     return table_of(np.asarray(voltages), rungs, eqs.is_steady, held.together)
 
 

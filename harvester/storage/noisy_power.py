@@ -38,7 +38,6 @@ from harvester.storage.checked_mean import (
     SlowPower,
     first_duration,
     mean_rate,
-    of_load,
     settled_part,
     settled_path,
 )
@@ -171,7 +170,7 @@ def noisy_power(
         slow_step=unit / FINER,
         steps=measuring + checking + direct + mean.steps + sum(run.steps for run in fluctuating),
         current=table,
-        load=of_load(path),
+        load=mean.load(max(off, abs(gain.value) + gain.sampling95)),
     )
 
 

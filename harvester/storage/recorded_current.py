@@ -11,6 +11,7 @@ Long because windows, lanes and the table that they fill are of one design.
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -27,6 +28,7 @@ from harvester.storage.held_in_ngspice import Piece, error_of_circuit
 from harvester.storage.held_stores import HELD, Elements, StoresOnRecord
 from harvester.storage.measured_current import FADED, Rectifier, time_constant
 from harvester.storage.rectified_current import MeanCurrent, RectifiedCurrent
+from harvester.storage.time_limit import check_time, deadline_of_limit, working_seconds
 
 VOLTAGES = 16
 BATCHES = 2  # side by side
@@ -94,6 +96,7 @@ def windows_of(
     assert record is not None, "the caller checks"
     moments = np.zeros((2, grid.windows, count))  # charges and mean squares
     held = np.tile(volts, parts // BATCHES)
+    begun = working_seconds()
     for begin in range(0, grid.windows, parts * each):
         samples = record.resampled(begin - early, early + parts * each, grid.samples, grid.steps)
 
@@ -111,8 +114,12 @@ def windows_of(
                 ]
             return (early + each) * grid.steps * BATCH
 
+        contexts = [copy_context() for _ in range(BATCHES)]
         with ThreadPoolExecutor(cores()) as pool:
-            steps += sum(pool.map(batch, range(BATCHES)))
+            steps += sum(
+                pool.map(lambda k, batch=batch, of=contexts: of[k].run(batch, k), range(BATCHES))
+            )
+        check_time(begun, min((begin + parts * each) / grid.windows, 1.0))
     return moments[0], moments[1], steps
 
 
@@ -176,7 +183,9 @@ def recorded(
     )
     piece = Piece(samples, early * grid.steps, grid.h)
     highest = float(tables[0].voltages[-1])
-    judge, unknown = error_of_circuit(problem, min(working or 0.5 * highest, highest), piece=piece)
+    judge, unknown = error_of_circuit(
+        problem, min(working or 0.5 * highest, highest), piece=piece, deadline=deadline_of_limit()
+    )
     every = steps + many + more
     return Recorded(
         tables[0].extrapolated(tables[1]), tables[0], separation, off + judge, every, unknown

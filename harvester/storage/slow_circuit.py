@@ -188,7 +188,7 @@ def noise_check(
     path: tuple[Floats, Floats],
     farads: float | None,
     seed: int,
-    times_as_many: int = 1,
+    times_as_many: float = 1.0,
 ) -> tuple[float, float, int]:
     """The relative errors of a mean current, and the steps: by charges on the same noise, from rest.
 
@@ -212,9 +212,9 @@ def noise_check(
     root = np.random.SeedSequence([seed, 11])
     h = step_from_rest(eqs)
     steps = 0
-    judged = enough_runs(eqs, times_as_many * JUDGED)
+    judged = enough_runs(eqs, round(times_as_many * JUDGED))
     fast = rectifier.fast(held)
-    count = times_as_many * RUNS if rectifier.ideal else 2 * judged
+    count = round(times_as_many * RUNS) if rectifier.ideal else 2 * judged
 
     def charges(
         circuit: Elements,

@@ -128,7 +128,7 @@ def steady_power(
         slow_step=h,
         steps=steps,
         current=table,
-        load=of_load(path),
+        load=mean.load(separation / size) if scales_apart else of_load(path),
     )
 
 

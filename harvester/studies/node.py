@@ -50,6 +50,7 @@ from harvester.storage.node_course import LASTS, NodeCourse
 from harvester.storage.node_run import AGAIN, GRID, NodeRun
 from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
 from harvester.storage.supply import chip_of
+from harvester.storage.time_limit import TimeLimit, TooLittleTimeError, limited, working_seconds
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.studies.node_current import Effort, Known, measure_current
 from harvester.uncertainty.value import Value
@@ -80,7 +81,11 @@ ROUNDING, SPARED = 1e-9, 0.9
 USEFUL, OF_MOST = 0.05, 0.01
 # s, that runs go on for a smaller error; times as many each time
 BUDGET = 20.0
-TIMES_AS_MANY = 4
+TIMES_AS_MANY = 4.0
+# within a budget: so many of the usual runs at first, and so much of the time left for the next
+FIRST_PART = 1.0 / 16.0
+SAFE = 0.7
+FEWEST_TIMES = 1.5  # times as many runs as before, at least
 SAMPLING_SHARE = 0.3  # of the error, that sampling must be at least for more runs
 MUCH = 0.02  # of the current: errors that are checked by more runs
 DAY = 86400.0
@@ -278,7 +283,12 @@ class NodeResult(TableResult):
 
 @names_arguments
 def node(
-    scene: AnyScene, *, days: float = 1.0, stop: float | str | None = None, seed: int = 0
+    scene: AnyScene,
+    *,
+    days: float = 1.0,
+    stop: float | str | None = None,
+    budget: float | str | None = None,
+    seed: int = 0,
 ) -> NodeResult:
     """Simulate a sensor node powered by the harvester.
 
@@ -295,8 +305,12 @@ def node(
     stop : float or str, optional
         Outage of the excitation after the days (s, or such as "2h"): how long the node continues,
         and which capacitance or interval would outlast it.
+    budget : float or str, optional
+        Time limit (s, or such as "30s"), without compilation: under noise as many runs as make the
+        error small enough, or fit into it. Default: those that fit into 20 s after the first.
     seed : int, default 0
-        Random seed.
+        Random seed. With the same effort, the same seed gives the same answer; a budget's effort
+        depends on the machine's speed.
 
     Returns
     -------
@@ -311,6 +325,8 @@ def node(
     CannotServeError
         The current of the rectifier cannot be measured, or noise is combined with a harmonic
         excitation or a recording.
+    SimulationError
+        The ``budget`` is too short for the rectifier's current.
 
     Examples
     --------
@@ -334,12 +350,13 @@ def node(
     begin = time.perf_counter()
     table = problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
-    outcome = _outcome(problem, Parts(storage, consumer, chip, outage), days, seed)
+    limit = TimeLimit.of(budget)
+    outcome = _outcome(problem, Parts(storage, consumer, chip, outage), days, seed, limit)
     every = (
         *problem.value_warnings,
         *consumer.trace_notes,
         *outcome.result.diagnostics,
-        *_remarks(problem, outcome, chip),
+        *_remarks(problem, outcome, chip, BUDGET if limit is None else limit.budget),
     )
     diagnostics = tuple(diagnostic for diagnostic in every if diagnostic.code != "node_left_out")
     return dataclasses.replace(
@@ -349,56 +366,84 @@ def node(
 
 @dataclass(frozen=True)
 class _Outcome:
-    """A result with its inputs, and why its error is as large as it is under noise ("": it is small)."""
+    """A result with its inputs, whether its error is small, and why it is as large as it is under noise if not."""
 
     result: NodeResult
     known: Known
     direct: NodeCourse | None
-    why: str
+    is_good: bool
+    why: str = ""
 
 
-def _outcome(problem: Problem, parts: Parts, days: float, seed: int) -> _Outcome:
-    """The result; under noise by more runs while these make an error smaller that is not small enough, in `BUDGET`.
+def _outcome(
+    problem: Problem, parts: Parts, days: float, seed: int, limit: TimeLimit | None
+) -> _Outcome:
+    """The result; under noise by more runs while these make an error smaller that is not small enough.
 
-    The first run, which compiles, is not counted.
+    They last `BUDGET`, without the first ones, or all together until the ``limit``, within which the
+    first ones are few.
     """
+    part = FIRST_PART if limit is not None and problem.equations.is_random else 1.0
+    effort = Effort(seed, part, part)
+    end = limit
+    best = None
+    while True:
+        begin = working_seconds()
+        try:
+            with limited(limit), compilation():
+                outcome = _attempt(problem, parts, days, effort)
+        except TooLittleTimeError:
+            if best is None:
+                raise
+            return dataclasses.replace(best, why="budget")
+        if outcome.is_good:
+            return outcome
+        best = outcome
+        took = working_seconds() - begin
+        known = outcome.known
+        packets = outcome.result.packets_per_hour
+        checked = effort.checks < 1.0 or known.elements + known.separation > MUCH
+        if not checked and packets.sampling95 < SAMPLING_SHARE * packets.known_error95:
+            return dataclasses.replace(outcome, why="model")
+        times = TIMES_AS_MANY
+        if limit is not None:
+            times = min(times, SAFE * limit.left / took)
+        elif end is None:
+            end = TimeLimit(BUDGET)
+        elif TIMES_AS_MANY * took > end.left:
+            return dataclasses.replace(outcome, why="time")
+        if times < FEWEST_TIMES:
+            return dataclasses.replace(outcome, why="budget")
+        effort = Effort(
+            seed, times * effort.runs, effort.checks * (times if checked else 1.0), known.judge
+        )
+
+
+def _attempt(problem: Problem, parts: Parts, days: float, effort: Effort) -> _Outcome:
+    """The result with one effort."""
     storage, consumer, chip, _ = parts
     wake = max(consumer.wake_voltage, chip.rise if chip else 0.0)
-    effort = Effort(seed)
-    spent = 0.0
-    bound = power_bound(problem)
     unit = time_constant(problem.equations) / problem.scales.frequency
-    while True:
-        begin = time.perf_counter()
-        with compilation():
-            known = measure_current(problem, storage, chip, wake, effort)
-        parts = parts._replace(chip=known.chip or chip)
-        with compilation():
-            direct = _directly(problem, known, parts, days * DAY)
-        noise = (
-            _fluctuations(known, parts, unit, days * DAY, seed)
-            if problem.equations.is_random
-            else None
-        )
-        result = _live(known, parts, days, bound, direct, noise)
-        packets = result.packets_per_hour
-        took = time.perf_counter() - begin
-        error = packets.known_error95
-        spent = spent + took * (effort.runs > 1)
-        if noise is None or error <= max(
-            USEFUL * packets.value, OF_MOST * HOUR / consumer.interval
-        ):
-            return _Outcome(result, known, direct, "")
-        checks = effort.checks * (TIMES_AS_MANY if known.elements + known.separation > MUCH else 1)
-        if checks == effort.checks and packets.sampling95 < SAMPLING_SHARE * error:
-            return _Outcome(result, known, direct, "model")
-        if effort.runs > 1 and spent + TIMES_AS_MANY * took > BUDGET:
-            return _Outcome(result, known, direct, "time")
-        effort = Effort(seed, TIMES_AS_MANY * effort.runs, checks, known.judge)
+    known = measure_current(problem, storage, chip, wake, effort)
+    parts = parts._replace(chip=known.chip or chip)
+    direct = _directly(problem, known, parts, days * DAY)
+    noise = (
+        _fluctuations(known, parts, unit, days * DAY, effort.seed)
+        if problem.equations.is_random
+        else None
+    )
+    result = _live(known, parts, days, power_bound(problem), direct, noise)
+    packets = result.packets_per_hour
+    is_good = noise is None or packets.known_error95 <= max(
+        USEFUL * packets.value, OF_MOST * HOUR / consumer.interval
+    )
+    return _Outcome(result, known, direct, is_good)
 
 
-def _remarks(problem: Problem, outcome: _Outcome, chip: Chip | None) -> list[Diagnostic]:
-    """The notes on how the numbers were found."""
+def _remarks(
+    problem: Problem, outcome: _Outcome, chip: Chip | None, budget: float
+) -> list[Diagnostic]:
+    """The notes on how the numbers were found, in a ``budget`` (s)."""
     diagnostics = list[Diagnostic]()
     table = problem.scene.chip
     known = outcome.known
@@ -408,7 +453,7 @@ def _remarks(problem: Problem, outcome: _Outcome, chip: Chip | None) -> list[Dia
     if outcome.why:
         packets = outcome.result.packets_per_hour
         diagnostics.append(
-            note(f"node_error_by_{outcome.why}", error=packets.known_error95, seconds=BUDGET)
+            note(f"node_error_by_{outcome.why}", error=packets.known_error95, seconds=budget)
         )
     if direct is not None:
         diagnostics.append(note("run_directly", direct=direct.end, separation=known.separation))
@@ -424,7 +469,10 @@ def _remarks(problem: Problem, outcome: _Outcome, chip: Chip | None) -> list[Dia
 
 
 def _directly(problem: Problem, known: Known, parts: Parts, seconds: float) -> NodeCourse | None:
-    """The direct run if the storage capacitor is not slow compared with the vibration; None if it is, and if absent."""
+    """The direct run if the storage capacitor is not slow compared with the vibration; None if it is, and if absent.
+
+    None also if a budget ends before it.
+    """
     from harvester.storage.direct_node import can_run, direct_course
 
     run = parts.run(known.table)
@@ -435,7 +483,10 @@ def _directly(problem: Problem, known: Known, parts: Parts, seconds: float) -> N
     ):
         return None
     unit = time_constant(problem.equations) / problem.scales.frequency
-    return direct_course(problem, run, min(seconds, DIRECT * unit))
+    try:
+        return direct_course(problem, run, min(seconds, DIRECT * unit))
+    except TooLittleTimeError:
+        return None
 
 
 def _fluctuations(

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +11,12 @@ from harvester.equations.problem import Problem
 from harvester.presentation.messages.unknown_parts import TIME_SCALES
 from harvester.scene.sensor_node import Storage
 from harvester.storage.bought_parts import Chip
-from harvester.storage.held_in_ngspice import error_of_circuit
+from harvester.storage.held_in_ngspice import error_of_circuit, seconds_of_judging
 from harvester.storage.measured_current import JUDGE, Rectifier, measured
 from harvester.storage.recorded_current import AnyCurrent, recorded
 from harvester.storage.rectified_current import RectifiedCurrent, reached
 from harvester.storage.supply import INPUT, input_without_load
+from harvester.storage.time_limit import deadline_of_limit
 
 # under noise, and the power by which they are closer at the bottom
 VOLTAGES = 24
@@ -28,11 +30,11 @@ MOST_VOLTS = 1e3  # of a clamp: one above leaves a rectifier's voltage as it is
 
 @dataclass(frozen=True)
 class Effort:
-    """The seed of runs under noise, and how many times as many as at first there are of the current and its checks."""
+    """The seed of runs under noise, and how many times as many as usual there are of the current and its checks."""
 
     seed: int
-    runs: int = 1
-    checks: int = 1
+    runs: float = 1.0
+    checks: float = 1.0
     judge: tuple[float, str] | None = None  # of the circuit, where it is known from before
 
 
@@ -103,7 +105,7 @@ def _of_alike_shaking(
     noise = problem.equations.is_random
     if noise:
         count, runs = (VOLTAGES, RUNS) if Rectifier(problem).ideal else (FEWER, OF_ELEMENTS)
-        runs *= effort.runs
+        runs = round(runs * effort.runs)
         table, rough, steps, _ = measured(
             problem, top, seed=seed, count=count, runs=runs, power=CLOSER
         )
@@ -111,7 +113,10 @@ def _of_alike_shaking(
         table, rough, steps, _ = measured(problem, top)
     last = float(table.voltages[-1])
     judge = effort.judge or error_of_circuit(
-        problem, _working(table, tracking, wake if farads else last), seed
+        problem,
+        _working(table, tracking, wake if farads else last),
+        seed,
+        deadline=_end_of_judging(problem),
     )
     elements, unknown = judge
     known = Known(table, rough, steps, 0.0, elements, unknown=unknown, judge=judge)
@@ -147,6 +152,14 @@ def _of_alike_shaking(
     return dataclasses.replace(
         known, table=table, by_step=rough, steps=steps, separation=separation, late=late
     )
+
+
+def _end_of_judging(problem: Problem) -> float | None:
+    """Until when (`time.perf_counter`) the circuit may be judged by ngspice; None without a budget."""
+    deadline = deadline_of_limit()
+    if deadline is None:
+        return None
+    return time.perf_counter() + seconds_of_judging(problem, deadline)
 
 
 def _working(table: RectifiedCurrent, tracking: Chip | None, volts: float) -> float:

@@ -114,8 +114,15 @@ STUDIES = (
                 None,
                 "Outage of the excitation after these days, such as 2h: does the storage outlast it, or which would.",
             ),
+            Option(
+                "budget",
+                str,
+                None,
+                "Time limit, such as 30s: as many runs as fit into it.  Default: 20 s for further runs.",
+            ),
             Option("seed", int, 0, "Random seed (same seed, same noise)."),
         ),
         "--days 7",
+        shorter="--budget",
     ),
 )

@@ -80,6 +80,9 @@ def test_a_quick_answer_is_near_and_says_what_it_does_not_know():
     assert abs(soon.mean_power.value / whole.mean_power.value - 1.0) < 0.01
     assert soon.mean_power.error95 is None and soon.mean_power.bias in (None, 0.0)
     on = whole.details["load_on"]
+    error = whole.details["error_of_load_on"]
+    assert 0.0 < error < 0.05 * on
+    assert f"{100.0 * on:.4g} % +- {100.0 * error:.2g} % (95 %)" in str(whole)
     assert soon.details["load_on"] == pytest.approx(on, abs=0.01)
     assert on * 3.3**2 / 10e3 == pytest.approx(whole.mean_power.value, rel=0.1)  # 3.3 V while on
     assert (

@@ -28,6 +28,8 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "coarse_record": "the recording has only {samples:.3g} samples per period of the resonance: vibration above half "
     "its rate is missing, and if that is as strong as just below, E[V^2] is off by {change:.1%}",
     "record_join": "the recording's end does not meet its beginning: the way they are joined changes E[V^2] by {change:.1%}",
+    "within_record_join": "`within` {within!p} is not reached by any effort: the way in which the recording's end is joined to "
+    "its beginning changes E[V^2] by {change!p}",
     "record_stands_still": "the recorded acceleration is constant in a share of {share:.2g} of the samples, longest in rows {first} to {last}, as of a sensor that died or stuck: 'harvester record FILE' names a part in which it changes",
     "narrow_density": "the tabulated power spectral density is narrow for a record of {period:.3g}/w0: its lines change E[V^2] by "
     "{change:.1%}",

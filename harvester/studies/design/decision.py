@@ -9,6 +9,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 
 from harvester.engines.protocol import AnyScene
 from harvester.equations.power_bound import power_bound
@@ -22,6 +23,7 @@ from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
 from harvester.scene.scene_writer import as_written
 from harvester.storage.bought_parts import CHIPS
+from harvester.storage.time_limit import TimeLimit, limited
 from harvester.studies.design.candidate import (
     Candidate,
     Given,
@@ -32,16 +34,13 @@ from harvester.studies.design.candidate import (
 )
 from harvester.studies.design.design_need import DesignNeed, read_need
 from harvester.studies.design.design_result import DesignCandidate, DesignResult
-from harvester.studies.design.yield_share import share_met
+from harvester.studies.design.yield_share import Outcomes, shares_met
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.tolerance.distribution import ShareInterval
-from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.spreads import spreads as read_spreads
 from harvester.uncertainty.value import amount
 
 CIRCUITS = ("bridge", "doubler", "series_sshi", "parallel_sshi")
-Outcomes = Mapping[str, tuple[Candidate, Given]]  # by the circuit's name
-MOST_SHARES = 3  # circuits of most power whose fraction of devices is computed, beside the simplest
 
 
 @names_arguments
@@ -54,6 +53,7 @@ def design(
     limit: Sequence[str] | str = (),
     circuits: Sequence[str] | None = None,
     chips: Sequence[str] | None = None,
+    budget: float | str | None = None,
     seed: int = 0,
     execution: Execution = DEFAULT,
 ) -> DesignResult:
@@ -78,6 +78,9 @@ def design(
     circuits, chips : list of str, optional
         Names of netlists, the simplest first, and of chips. Default: bridge, doubler, series_sshi,
         parallel_sshi and, under a harmonic excitation, every chip that has a netlist.
+    budget : float or str, optional
+        Time limit (s, or such as "60s"), without compilation: circuits whose power or yield is not
+        known by then are left out, with a note. Default: unlimited.
     seed : int, default 0
         Random seed.
     execution : Execution, optional
@@ -93,6 +96,8 @@ def design(
     InputError
         A text has another form, the scene has no device in SI units, a displacement is limited
         under noise, or no circuit meets all requirements (with the nearest).
+    SimulationError
+        The ``budget`` ends before any circuit's power, or with ``spread`` any yield, is known.
 
     Examples
     --------
@@ -108,9 +113,10 @@ def design(
     spreads = read_spreads(spread, device, "spread") if spread else ()
     folder = OutputFolder.of(execution)
     begin = time.perf_counter()
+    clock = TimeLimit.of(budget)
     names = _names(circuits, chips, problem)
     farads = capacitor(capacitance(needed, device), device)
-    with working_on("design", execution):
+    with working_on("design", execution), limited(clock):
         candidates, left_out = _nominal(device, names, needed, farads, seed, execution)
         if circuits is None and chips is None:
             left_out += _chips_not_compared(names)
@@ -121,8 +127,8 @@ def design(
         }
         if not meeting:
             raise InputError(_nearest(candidates, needed, problem, left_out))
-        shares = (
-            _shares(
+        shares, too_late = (
+            shares_met(
                 device,
                 meeting,
                 needed=needed,
@@ -132,8 +138,11 @@ def design(
                 execution=execution,
             )
             if spreads
-            else {}
+            else ({}, [])
         )
+        if clock is not None and too_late:
+            names_late = ", ".join(too_late)
+            left_out.append(warning("shares_left_out", names=names_late, budget=clock.budget))
     order = _order(meeting, shares)
     chosen, best = candidates[order[0]]
     smallest = capacitance(needed, device, best.kept)
@@ -218,8 +227,10 @@ def _nominal(
         except (CannotServeError, SimulationError) as error:
             return note("circuit_left_out", name, why=str(error))
 
+    contexts = [copy_context() for _ in names]
     with ThreadPoolExecutor(cores()) as pool:
-        for k, (name, outcome) in enumerate(zip(names, pool.map(given, names), strict=True)):
+        outcomes = pool.map(lambda context, name: context.run(given, name), contexts, names)
+        for k, (name, outcome) in enumerate(zip(names, outcomes, strict=True)):
             execution.progress.step(0.3 * k / len(names), name)
             if isinstance(outcome, Diagnostic):
                 left_out.append(outcome)
@@ -229,37 +240,6 @@ def _nominal(
         why = "; ".join(f"{reason.about}: {reason.numbers['why']}" for reason in left_out)
         raise InputError(f"`circuits` must have one that can be measured, but none can ({why})")
     return candidates, left_out
-
-
-def _shares(
-    device: Scene,
-    meeting: Outcomes,
-    needed: DesignNeed,
-    farads: float,
-    spreads: Sequence[PartSpread],
-    seed: int,
-    execution: Execution,
-) -> dict[str, ShareInterval]:
-    """The fraction of devices that meet everything, of the simplest circuit and of those of most power."""
-    by_power = sorted(meeting, key=lambda name: -meeting[name][1].power.value)[:MOST_SHARES]
-    compared = [name for name in meeting if name in by_power or name == next(iter(meeting))]
-    share_of = {}
-    for k, name in enumerate(compared):
-        candidate = meeting[name][0]
-
-        def report_share(share: float, k: int = k, name: str = name) -> None:
-            execution.progress.step(0.3 + 0.7 * (k + share) / len(compared), name)
-
-        share_of[name] = share_met(
-            candidate,
-            device,
-            needed=_need(needed, name),
-            farads=farads,
-            spreads=spreads,
-            seed=seed,
-            progress=report_share,
-        )
-    return share_of
 
 
 def _order(meeting: Outcomes, shares: Mapping[str, ShareInterval]) -> list[str]:

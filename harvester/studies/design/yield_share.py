@@ -5,17 +5,21 @@ between them follow a monotone curve; its change without every other of them is 
 several keys `SAMPLES` devices are.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import HarvesterError
 from harvester.machine.cores import cores
+from harvester.machine.execution import Execution
 from harvester.machine.progress import ProgressCallback
 from harvester.scene.scene import Scene
-from harvester.studies.design.candidate import FEW, MANY, Candidate, evaluate
+from harvester.storage.bought_parts import CHIPS
+from harvester.storage.time_limit import TooLittleTimeError, check_time, working_seconds
+from harvester.studies.design.candidate import FEW, MANY, Candidate, Given, evaluate
 from harvester.studies.design.design_need import DesignNeed
 from harvester.studies.tolerance.design import sobol_points, values_at
 from harvester.studies.tolerance.distribution import ShareInterval, wilson
@@ -24,6 +28,8 @@ from harvester.studies.tolerance.spreads import PartSpread
 NODES = 13
 SAMPLES = 64
 FINE = 20_001
+MOST_SHARES = 3  # circuits of most power whose fraction of devices is computed, beside the simplest
+Outcomes = Mapping[str, tuple[Candidate, Given]]  # by the circuit's name
 
 
 def share_met(
@@ -35,7 +41,10 @@ def share_met(
     seed: int,
     progress: ProgressCallback,
 ) -> ShareInterval:
-    """Fraction of devices of the ``spreads`` that meet the requirement ``needed``; one without an answer does not."""
+    """Fraction of devices of the ``spreads`` that meet the requirement ``needed``; one without an answer does not.
+
+    Raises TooLittleTimeError if a budget ends before all devices have an answer.
+    """
     alone = len(spreads) == 1 and spreads[0].kind != "measured"
     u = (
         np.linspace(0.0, 1.0, NODES)[:, None]
@@ -47,12 +56,17 @@ def share_met(
         for values in values_at(spreads, u)
     ]
     rows = []
+    begin = working_seconds()
+    contexts = [copy_context() for _ in devices]
     with ThreadPoolExecutor(cores()) as pool:
         for row in pool.map(
-            lambda device: _given(candidate, device, needed, farads, seed), devices
+            lambda context, device: context.run(_given, candidate, device, needed, farads, seed),
+            contexts,
+            devices,
         ):
             rows.append(row)
             progress(len(rows) / len(u))
+            check_time(begin, len(rows) / len(u))
     given = np.array(rows)
     if not alone:
         met = int(_met(given, needed).sum())
@@ -60,6 +74,47 @@ def share_met(
     share, rough = (_by_curve(u[::step, 0], given[::step], needed) for step in (1, 2))
     error = abs(share - rough) + 1.0 / FINE
     return ShareInterval(share, max(share - error, 0.0), min(share + error, 1.0))
+
+
+def shares_met(
+    device: Scene,
+    meeting: Outcomes,
+    needed: DesignNeed,
+    farads: float,
+    spreads: Sequence[PartSpread],
+    seed: int,
+    execution: Execution,
+) -> tuple[dict[str, ShareInterval], list[str]]:
+    """The fraction of devices that meet everything, of the simplest circuit and of those of most power.
+
+    The second answer is the names of those for which a budget leaves no time; TooLittleTimeError if
+    these are all.
+    """
+    by_power = sorted(meeting, key=lambda name: -meeting[name][1].power.value)[:MOST_SHARES]
+    compared = [name for name in meeting if name in by_power or name == next(iter(meeting))]
+    share_of = {}
+    too_late = list[str]()
+    for k, name in enumerate(compared):
+        candidate = meeting[name][0]
+
+        def report_share(share: float, k: int = k, name: str = name) -> None:
+            execution.progress.step(0.3 + 0.7 * (k + share) / len(compared), name)
+
+        try:
+            share_of[name] = share_met(
+                candidate,
+                device,
+                needed=needed.for_circuit(is_chip=name in CHIPS),
+                farads=farads,
+                spreads=spreads,
+                seed=seed,
+                progress=report_share,
+            )
+        except TooLittleTimeError:
+            too_late.append(name)
+            if len(too_late) == len(compared):
+                raise
+    return share_of, too_late
 
 
 def _given(
@@ -70,6 +125,8 @@ def _given(
         given = evaluate(
             candidate, device, needed, farads, seed, MANY if candidate.supply.top is None else FEW
         )
+    except TooLittleTimeError:
+        raise
     except HarvesterError:
         return [0.0, 0.0, np.inf]
     return [given.power.value, 1.0 / given.wake, given.displacement or 0.0]

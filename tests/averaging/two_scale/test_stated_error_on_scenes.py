@@ -12,7 +12,7 @@ WITHIN = 0.01  # of the solution: no scene known worse is judged
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.parametrize("seed", [11, 12, 13])
 def test_random_scenes_are_within_the_stated_error(seed):
     """Restitution 0.3 to 1, beta 0.02 to 5, mu 0.01 to 30, with stops at rest, at a distance and preloaded."""
     known = json.loads((ROOT / f"benchmarks/results/averaged_error_{seed}.json").read_text())
@@ -31,5 +31,5 @@ def test_random_scenes_are_within_the_stated_error(seed):
         off = abs(answer.value - solution["value"])
         if off > answer.model + solution["error"]:
             outside.append((table, off / solution["value"], answer.model / answer.value))
-    assert judged >= 115
+    assert judged >= 0.95 * len(known)
     assert not outside
