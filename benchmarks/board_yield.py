@@ -1,9 +1,10 @@
 """Yield and quantiles of a board's `tolerance` next to random devices, each computed alone; z-scores and CPU time.
 
-    python benchmarks/board_yield.py [DEVICES] [BUDGET]
+    python benchmarks/board_yield.py [DEVICES] [BUDGET] [judged]
 
 The random devices (300 by default) are computed by the same engine without its judge, times the
 ratio of the study: they test the law and its polynomial, without which each has its own run.
+``judged``: each device has its own measured model error, which tests that ratio as well.
 """
 
 import resource
@@ -34,12 +35,12 @@ def cpu():
     return sum(each.ru_utime + each.ru_stime for each in usage)
 
 
-def brute(scene, count):
-    """The powers of random devices without the judge (W), shape (count,)."""
+def brute(scene, count, judged):
+    """The powers of random devices (W), shape (count,)."""
     u = np.random.default_rng(11).random((count, len(PARTS)))
     x = np.stack([each.at(u[:, k]) for k, each in enumerate(spreads(PARTS, scene))], axis=1)
     scenes = [scene.varied(dict(zip(PARTS, map(float, row), strict=True))) for row in x]
-    return np.array([answer.mean_power.value for answer in hv.Slow(judged=False).run_many(scenes)])
+    return np.array([answer.mean_power.value for answer in hv.Slow(judged=judged).run_many(scenes)])
 
 
 def main():
@@ -52,8 +53,10 @@ def main():
     took = time.perf_counter() - begin
     print(f"tolerance: {took:.1f} s, {cpu() - spent:.1f} s of CPU time; {found.check}")
     begin = time.process_time()
-    ratio = found.nominal / hv.Slow(judged=False).run(scene).mean_power.value
-    powers = ratio * brute(scene, count)
+    judged = "judged" in sys.argv[3:]
+    powers = brute(scene, count, judged)
+    if not judged:
+        powers *= found.nominal / hv.Slow(judged=False).run(scene).mean_power.value
     print(f"{count} devices: {time.process_time() - begin:.1f} s of CPU time")
     for share, quantile in found.quantiles.items():
         below = (powers < quantile.value).mean()

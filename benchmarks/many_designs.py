@@ -1,6 +1,6 @@
 """Seconds per point of a map: each scene alone, and many through one call; then the map whole.
 
-    python benchmarks/many_designs.py points|map|z|memory
+    python benchmarks/many_designs.py points|map|z|memory|scaling
 
 ``points``: engines and kinds of scenes, both ways in turn on one core.  ``map``: 100 x 100 points
 to 1 %, by 1 and 2 processes.  ``z``: 1,000 points against runs of other seeds.  ``memory``: the
@@ -82,13 +82,13 @@ def points():
         print(f"{name:26} {alone:7.2f} ms {together:7.2f} ms {alone / together:6.1f}", flush=True)
 
 
-def swept(count, workers):
+def swept(count, workers, executor=None):
     """Sweep count x count points of load and restitution."""
     axes = {
         "nondimensional.mu": [*map(float, np.geomspace(0.02, 2.0, count))],
         "nondimensional.restitution": [*map(float, np.linspace(0.5, 0.98, count))],
     }
-    execution = hv.Execution(workers=workers)
+    execution = hv.Execution(workers=workers, executor=executor)
     engines = [hv.Ensemble(within="1%")]
     return hv.sweep(STOP, vary=axes, engines=engines, execution=execution)
 
@@ -148,6 +148,49 @@ def small(count):
     print(f"{count * count} points: {most:.0f} MiB", flush=True)
 
 
+def scaling():
+    """CPU seconds of 48 x 48 points, of this process and its workers; all begin with imports."""
+    print(f"{'':16} {'this process':>13} {'workers':>9} {'sum':>9} {'over one':>9}")
+    alone = None
+    for name, way in {"pool": _by_pool, "Dask": _by_dask}.items():
+        for count in (1, 2, 4):
+            here, there = way(count)
+            alone = alone or here + there
+            sums = f"{here + there:7.2f} s {(here + there) / alone:9.2f}"
+            print(f"{name:8} {count:7} {here:11.2f} s {there:7.2f} s {sums}", flush=True)
+
+
+def _by_pool(workers):
+    """CPU seconds here and in the processes of a pool, from their start to their end."""
+    here = time.process_time()
+    there = _of_children()
+    swept(48, workers)
+    return time.process_time() - here, _of_children() - there
+
+
+def _of_children():
+    """CPU seconds of the processes that this one has waited for."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _by_dask(workers):
+    """As `_by_pool`, in new workers of Dask with one thread each."""
+    from distributed import Client, LocalCluster
+
+    with (
+        LocalCluster(
+            n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        here = time.process_time()
+        swept(48, None, client)
+        here = time.process_time() - here
+        return here, sum(client.run(time.process_time).values())
+
+
 if __name__ == "__main__":
     os.environ.setdefault("HARVESTER_THREADS", "1")
-    {"points": points, "map": whole_map, "z": scores, "memory": memory}[sys.argv[1]]()
+    parts = {"points": points, "map": whole_map, "z": scores, "memory": memory, "scaling": scaling}
+    parts[sys.argv[1]]()

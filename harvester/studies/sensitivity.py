@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import ClassVar
 
+from harvester.answers.estimate import Estimate
 from harvester.engines.compiled import Compiled
 from harvester.engines.density import Density
 from harvester.engines.exact import Exact
@@ -176,7 +177,7 @@ def _computed(
         key: (value_of(problem.scene, key), slopes.with_error(key))
         for key in quantities(problem.scene)
     }
-    return _result(problem, Density.NAME, answer.mean_power, by_key, begin)
+    return _result(problem, answer, by_key, begin)
 
 
 def _of_circuit(
@@ -188,32 +189,31 @@ def _of_circuit(
     part = None if budget is None else JUDGED * budget
     is_sampled = False
     if Slow.refusal(problem) is None:
-        whole = Slow(budget=part).run(problem)
+        answer = Slow(budget=part).run(problem)
         quick: Engine = Slow(judged=False)
     else:
-        whole = Compiled(within=WITHIN, budget=part).run(served(Compiled, problem))
+        answer = Compiled(within=WITHIN, budget=part).run(served(Compiled, problem))
         quick = Compiled(judged=False)
         is_sampled = not problem.equations.is_steady
-    power = whole.mean_power
     deadline = math.inf
     if budget is not None:  # with the time that the power left of its part
-        rest = max(budget - whole.seconds, (1.0 - JUDGED) * budget)
+        rest = max(budget - answer.seconds, (1.0 - JUDGED) * budget)
         deadline = time.monotonic() + rest
     report = progress or _silent
     if is_sampled:
-        done = by_ensembles(problem, power, report, deadline)
+        done = by_ensembles(problem, answer.mean_power, report, deadline)
     else:
         values = dict(keys_with_elements(problem))
         done = by_differences(problem, quick, values, report, deadline)
-    return _of_differences(problem, quick.NAME, power, done, begin, budget)
+    return _of_differences(problem, answer, done, begin, budget)
 
 
 def _by_formula(problem: Problem, begin: float, report: Callable[[float], None]) -> Sensitivity:
     """The normalised sensitivities in the keys of a scene whose power is a formula."""
     values = {key: value_of(problem.scene, key) for key in quantities(problem.scene)}
-    power = Exact().run(problem).mean_power
+    answer = Exact().run(problem)
     done = by_differences(problem, Exact(), values, report, most=BY_FORMULA)
-    return _of_differences(problem, Exact.NAME, power, done, begin, None)
+    return _of_differences(problem, answer, done, begin, None)
 
 
 def _silent(_: float) -> None:
@@ -221,12 +221,7 @@ def _silent(_: float) -> None:
 
 
 def _of_differences(
-    problem: Problem,
-    engine: str,
-    power: Value,
-    done: PowerDifferences,
-    begin: float,
-    budget: float | None,
+    problem: Problem, answer: Estimate, done: PowerDifferences, begin: float, budget: float | None
 ) -> Sensitivity:
     """The result of differences, with warnings of the keys that have none."""
     remarks = []
@@ -239,27 +234,27 @@ def _of_differences(
     unsettled = [key for key, (_, value) in done.by_key.items() if not is_within(LARGE, value)]
     if unsettled:
         remarks.append(warning("keys_unsettled", keys=", ".join(unsettled), percent=100.0 * LARGE))
-    return _result(problem, engine, power, done.by_key, begin, remarks)
+    return _result(problem, answer, done.by_key, begin, remarks)
 
 
 def _result(
     problem: Problem,
-    engine: str,
-    power: Value,
+    answer: Estimate,
     by_key: dict[str, tuple[float, Value]],
     begin: float,
     remarks: Sequence[Diagnostic] = (),
 ) -> Sensitivity:
-    """The result of normalised sensitivities by key, the largest first."""
+    """The result of normalised sensitivities by key, the largest first, with the warnings of the power."""
+    warnings = [remark for remark in answer.diagnostics if remark.severity == "warning"]
     keys = sorted(by_key, key=lambda key: -abs(by_key[key][1].value))
     return Sensitivity(
-        engine=engine,
-        mean_power=power,
+        engine=answer.engine,
+        mean_power=answer.mean_power,
         keys=tuple(keys),
         values=tuple(by_key[key][0] for key in keys),
         units=tuple(unit_of(key) for key in keys),
         elasticities=tuple(by_key[key][1] for key in keys),
         seconds=time.perf_counter() - begin,
         physical=problem.physical,
-        diagnostics=(note("elasticity_explained"), *remarks),
+        diagnostics=(note("elasticity_explained"), *warnings, *remarks),
     )
