@@ -27,7 +27,7 @@ BOUNDS = [
     ("1.96 outside uncertainty", 0, 0),
     ("sentences read by code", 0, 0),
     ("words made outside messages", 0, 0),
-    ("vague names", 14, 0),
+    ("vague names", 0, 0),
     ("tuple assignments of unlike things", 0, 0),
     ("calls f(*packed)", 1, 0),
     ("calls with seven positional arguments", 7, 7),

@@ -338,7 +338,7 @@ class SampledSearch:
             stage="refinement" if boxed else early,
             evaluations=len(answers),
             engine=self.engine.NAME,
-            usual=needed,
+            typical=needed,
             each=float(np.mean(seconds)) if seconds else None,
         )
 
