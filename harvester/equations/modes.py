@@ -38,7 +38,7 @@ ALIKE = 1e-9  # of the accelerations of a ball and its box
 
 
 class SingleMode:
-    """The oscillator's coordinate alone, as `Modes` are for whoever serves both.
+    """The oscillator's coordinate alone, with the properties of `Modes`.
 
     ``contact`` is None, as the displacement meets the stops; ``shares_friction`` is whether no
     other coordinate has a friction of its own, ``meets_stops`` whether the displacement alone meets

@@ -1,7 +1,7 @@
 """A scene made ready to be solved: its equations, scales, effects and load, made once and handed down.
 
-Its load is none, a resistance, or a netlist, each a class of what others need of it.  Whoever needs
-something of a load asks the load for it; `load_of` alone asks which one a scene has.
+Its load is an open circuit, a resistance, or a netlist, each a class.  Callers ask the load for its
+properties; `load_of` alone asks which one a scene has.
 """
 
 from dataclasses import replace
@@ -73,7 +73,7 @@ class LoadWithCircuit(OpenCircuit):
     capacitance : float or None
         the piezo's (F), for a netlist that has it as a parameter.
 
-    Raises InputError for a netlist that cannot be used, where its circuit is needed.
+    Raises InputError for a netlist that cannot be used, as soon as its circuit is needed.
     """
 
     def __init__(self, load: Load, capacitance: float | None = None) -> None:
@@ -144,7 +144,7 @@ class LoadNetlist(LoadWithCircuit):
 
 
 def load_of(scene: Scene, equations: Equations, scales: Scales) -> OpenCircuit:
-    """The load of a scene; of a nondimensional one without the table the resistance of its mu."""
+    """The load of a scene; without the table a nondimensional one has the resistance of its mu."""
     if scene.load is not None:
         kind = LoadResistance if scene.load.netlist is None else LoadNetlist
         return kind(scene.load, scales.capacitance)
@@ -157,7 +157,7 @@ class Problem:
     """The problem that an engine solves.
 
     ``equations`` are nondimensional, with one coefficient for each of the ``effects`` that are
-    present; ``load`` is what the scene connects to the piezo; ``scales`` are those of the device
+    present; ``load`` is that of the piezo; ``scales`` are those of the device
     that carries them in ngspice; ``units`` those of the scene's own units, which for a
     nondimensional scene are all 1: a time tau is tau/units.frequency, a power p is p units.watts.
     InputError if one is too large or too small to compute with.

@@ -1,4 +1,4 @@
-"""One mode is the modes of a single coordinate: whoever serves both has the same numbers of either."""
+"""One mode is the modes of a single coordinate: the numbers of both are the same."""
 
 import numpy as np
 import pytest

@@ -71,7 +71,7 @@ class ParetoFront(TableResult):
     DERIVED = ("sense", "designs")
     INTERNAL = frozenset({"points", "alike", "sign"})
     NOT_SHOWN = frozenset({"quantity", "sense"})
-    NOT_IN_JSON = frozenset({"sense", "designs"})  # the sense has the key "aim"
+    NOT_IN_JSON = frozenset({"sense", "designs"})
     SHORT = ("engine", "quantity", "sense", "points")
 
     engine: str
