@@ -16,7 +16,7 @@ import numpy as np
 import harvester as hv
 from harvester.equations.problem import Problem
 from harvester.studies.extremes.counted import BLOCKS, count
-from harvester.studies.extremes.extreme_value_fit import rare
+from harvester.studies.extremes.levels import rare
 
 PLATE = {
     "oscillator": hv.Oscillator(mass="40 g", stiffness="16 N/m", damping="6.4e-3 N s/m"),

@@ -61,8 +61,7 @@ def settle_from(
     now = time.perf_counter()
     slowest = memory(ideal, ideal.run(before), before)
     take_states(compiled, ideal)
-    assert compiled.circuit is not None, "that of the netlist"
-    length = SETTLING * max(slowest, compiled.circuit.memory)
+    length = SETTLING * max(slowest, compiled.loaded.memory)
     for k in range(PARTS):
         check_cost(compiled, (1.0 - k / PARTS) * length, budget, now, now - begin)
         compiled.run(length / PARTS)

@@ -43,23 +43,28 @@ def doctor(file: str | None, as_json: bool) -> None:
         return
     parts = list(examine())
     if as_json:
-        echo_json({part.name: vars(part) for part in parts})
+        echo_json(
+            {
+                p.name: {"name": p.name, "found": p.version, "how": p.how, "optional": p.optional}
+                for p in parts
+            }
+        )
     else:
         echo("\n".join(map(str, parts)))
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """A requirement: the version ``found`` ('' for nothing), ``how`` to get it, and whether it must be."""
+    """A requirement: its ``version`` ('' for nothing), ``how`` to get it, and whether it must be."""
 
     name: str
-    found: str
+    version: str
     how: str = ""
     optional: bool = False
 
     def __str__(self) -> str:
-        word = "ok     " if self.found else "absent " if self.optional else "MISSING"
-        return f"{word}  {self.name:<16} {self.found or self.how}"
+        word = "ok     " if self.version else "absent " if self.optional else "MISSING"
+        return f"{word}  {self.name:<16} {self.version or self.how}"
 
 
 def examine() -> Iterator[Requirement]:

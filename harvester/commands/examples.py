@@ -88,7 +88,6 @@ def copy(scene: Path, to: Path) -> list[Path]:
 def read_by(path: Path) -> Iterator[Path]:
     """The files next to a scene that it reads: records, and a netlist with all that it includes."""
     from harvester.netlists.read_lines import read_lines
-    from harvester.scene.load import is_path
     from harvester.scene.physical import FILES
     from harvester.scene.toml import load
 
@@ -96,7 +95,7 @@ def read_by(path: Path) -> Iterator[Path]:
     yield from (
         Path(name) for key in FILES if (name := getattr(scene.excitation, key, None)) is not None
     )
-    if scene.load is not None and scene.load.netlist is not None and is_path(scene.load.netlist):
-        netlist = Path(scene.load.netlist)
+    if scene.load is not None and scene.load.file:
+        netlist = Path(scene.load.file)
         names = (line.where.rpartition(" line ")[0] for line in read_lines(netlist))
         yield from dict.fromkeys([netlist, *(netlist.with_name(name) for name in names)])

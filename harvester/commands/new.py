@@ -247,7 +247,7 @@ def next_lines(problem: "Problem", file: str, facts: dict[str, Any]) -> list[str
     low, high = load_range(problem)
     return [
         run,
-        f"harvester sweep {file} --vary {_load_key(problem)}={_plain(low)}:{_plain(high)}:25 --out sweep",
+        f"harvester sweep {file} --vary {problem.load.resistance_key}={_plain(low)}:{_plain(high)}:25 --out sweep",
     ]
 
 
@@ -261,16 +261,7 @@ def _optimise(problem: "Problem", file: str) -> str:
     engine = next(
         (f" --engine {name}" for name in engines(problem) if ENGINES[name].needs_netlist), ""
     )
-    return f"harvester optimise {file} --vary {_load_key(problem)}={_plain(low)}:{_plain(high)}{engine}"
-
-
-def _load_key(problem: "Problem") -> str:
-    """The scene key of the load's resistance."""
-    if problem.netlist is None:
-        return "load.resistance"
-    resistor = getattr(problem.scene.load, "resistor", None)
-    flat = getattr(problem.scene.load, "terminals", None) is not None
-    return f"load.parameters.{resistor or ('Rload' if flat else 'R')}"
+    return f"harvester optimise {file} --vary {problem.load.resistance_key}={_plain(low)}:{_plain(high)}{engine}"
 
 
 def _plain(ohm: float) -> str:

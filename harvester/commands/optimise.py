@@ -113,7 +113,7 @@ def optimise(
 def _objective_of(options: dict[str, Any]) -> dict[str, Any]:
     """The varied keys and the objective, read from the options."""
     names = ("vary", "spread", "objective", "constraints", "lifetime")
-    asked = {name: options.pop(name) for name in names}
-    if not asked["vary"]:
+    objective = {name: options.pop(name) for name in names}
+    if not objective["vary"]:
         raise InputError("Missing option '--vary'. (such as --vary load.resistance=1k:10M)")
-    return asked | {"objective": list(asked["objective"]) or "mean_power"}
+    return objective | {"objective": list(objective["objective"]) or "mean_power"}

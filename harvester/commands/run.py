@@ -1,12 +1,19 @@
-"""The command `harvester run`."""
+"""The command `harvester run`.
 
+On a terminal it shows the answer of a formula while a slower engine compiles and computes.
+"""
+
+import contextlib
 import dataclasses
 import math
+import sys
+import threading
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+import click
 import cloup
 
-from harvester.commands.formula_meanwhile import formula_meanwhile
 from harvester.commands.options import engine_option, json_option, probe_option, sampling
 from harvester.commands.priors import (
     Origins,
@@ -18,13 +25,57 @@ from harvester.commands.priors import (
 )
 from harvester.commands.reports import report_option
 from harvester.commands.study import Output, study_command
-from harvester.errors import SimulationError
+from harvester.errors import HarvesterError, SimulationError
 
 if TYPE_CHECKING:
     from harvester.answers.estimate import Estimate
+    from harvester.engines.protocol import Engine
     from harvester.scene.scene import Scene
     from harvester.studies.prediction.prediction_result import Prediction
     from harvester.studies.sensitivity import Sensitivity
+
+
+PATIENCE = 1.0  # seconds that a person waits without asking what happens
+
+
+@contextlib.contextmanager
+def formula_meanwhile(scene: "Scene", engine: "Engine") -> Iterator[None]:
+    """Show on a terminal the answer of a formula for a scene, if the engine needs more than `PATIENCE`."""
+    if engine.is_formula or not sys.stderr.isatty():
+        yield
+        return
+    waiting = threading.Timer(PATIENCE, _show, (scene,))
+    waiting.daemon = True
+    waiting.start()
+    try:
+        yield
+    finally:
+        waiting.cancel()
+        if waiting.is_alive():  # it has begun: its line does not come after the answer
+            waiting.join()
+
+
+def _show(scene: "Scene") -> None:
+    line = formula_line(scene)
+    if line:
+        click.echo(line, file=sys.stderr)  # above the bar, which takes stderr while it is drawn
+
+
+def formula_line(scene: "Scene") -> str:
+    """The mean power by the first formula that supports the scene and knows its own error; "" if none does."""
+    from harvester.engines.selection import ENGINES
+    from harvester.equations.problem import Problem
+
+    with contextlib.suppress(HarvesterError):
+        problem = Problem.of(scene)
+        for name, kind in ENGINES.items():
+            if kind.is_formula and kind.refusal(problem) is None:
+                answer = kind().run(problem)
+                if answer.mean_power.error95 is not None:
+                    power = answer.mean_power.format(answer.unit_names.power)
+                    return f"meanwhile, by the formula of engine '{name}': mean power {power}"
+    return ""
+
 
 LEAST = 1.0  # s of a budget, for the sensitivity and for a prediction at least
 # of a budget, for the power itself, which has all of a shorter one (s): the rest is for that

@@ -45,7 +45,7 @@ def base_source(problem: Problem, name: str, duration: float, seed: int) -> Iter
 def spacing(problem: Problem) -> float:
     """The time between points of noise, in s, of which the simulator's longest step is a part."""
     eqs = problem.equations
-    highest = 1.0 if eqs.modes is None else eqs.modes.highest(abs(eqs.spring[0]), eqs.beta or 0.0)
+    highest = eqs.modal.highest(abs(eqs.spring[0]), eqs.beta or 0.0)
     return 2.0 * math.pi / (problem.scales.frequency * highest * POINTS)
 
 

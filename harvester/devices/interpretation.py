@@ -161,7 +161,7 @@ def _load(problem: Problem) -> Finding:
         return [note("no_load_yet", "load", **best), *rest], {"best_load": fact}
     fact["share"] = min(kind().run(problem).mean_power.value / power.value, 1.0)
     load_note = note(
-        "own_load", "load", own=present_load, share=fact["share"], nearly=NEARLY, **best
+        "own_load", "load", resistance=present_load, share=fact["share"], nearly=NEARLY, **best
     )
     return [load_note, *rest], {"best_load": fact}
 

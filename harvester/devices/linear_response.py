@@ -50,8 +50,8 @@ def amplitude(eqs: Equations) -> float | None:
     """The amplitude at the stop in the linear response without the stop; None without a harmonic excitation."""
     if eqs.drive is None or eqs.drive_frequency is None:
         return None
-    at_stop = None if eqs.modes is None else eqs.modes.contact
-    return float(eqs.drive * np.abs(amplitudes(eqs, eqs.drive_frequency, at_stop)[0]))
+    at_stop = amplitudes(eqs, eqs.drive_frequency, eqs.modal.contact)
+    return float(eqs.drive * np.abs(at_stop[0]))
 
 
 def stop_hits(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:

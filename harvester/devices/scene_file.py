@@ -99,8 +99,7 @@ def write(path: Path, tables: Tables, force: bool) -> Problem:
         {**tables, "load": [_beside(entry, path.parent, force) for entry in tables["load"]]}
     )
     problem = Problem(loads(content, path.parent))  # refuses numbers that no device has
-    if problem.netlist is not None:
-        _ = problem.circuit  # refuses a netlist that is not allowed
+    _ = problem.circuit  # refuses a netlist that is not allowed
     files.write(path, content, "FILE")
     write_beside(path)
     return problem

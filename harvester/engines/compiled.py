@@ -163,8 +163,7 @@ class Compiled(Ensemble):
         from harvester.engines.spice.difference import LONGEST, difference_from_ngspice
 
         trajectories = pair.trajectories
-        assert trajectories.circuit is not None, "that of the netlist"
-        settling, starts = settled_starts(pair, trajectories.circuit.memory, LONGEST, self.seed)
+        settling, starts = settled_starts(pair, trajectories.loaded.memory, LONGEST, self.seed)
         enough = NEAR * (number(self.within) or 0.0)
         difference = difference_from_ngspice(
             problem, trajectories.h, starts, settling, self, enough

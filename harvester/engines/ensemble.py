@@ -401,7 +401,7 @@ class EnsembleSampler:
         if setup.compilation_seconds > LONG_COMPILATION:
             details["compilation_seconds"] = setup.compilation_seconds
         details |= driven_motion(setup.problem, pair)
-        if setup.model.circuit is None:
+        if pair.trajectories.loaded.balances:
             moments = pair.moments.averaged(setup.trajectories.together)
             eqs = setup.model.eqs
             details["power_balance"], details["power_balance_stderr"] = sampling.power_balance(

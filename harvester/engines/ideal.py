@@ -81,8 +81,10 @@ class Ideal(Ensemble):
 
         if (without := needs_circuit(problem, cls.NAME)) is not None:
             return without
-        circuit = problem.circuit if problem.netlist in TOPOLOGIES else None
-        if circuit is None or ideal_circuit(circuit, problem.scales) is None:
+        if (
+            problem.netlist not in TOPOLOGIES
+            or ideal_circuit(problem.load_circuit, problem.scales) is None
+        ):
             known = ", ".join(TOPOLOGIES)
             return refusal(
                 "needs_ideal_circuit",
@@ -168,7 +170,7 @@ def _low_voltage(problem: Problem, answer: Estimate) -> tuple[Diagnostic, ...]:
 
 def _with_cause(error: SimulationError, problem: Problem) -> SimulationError:
     """The error, with the memory of a circuit that outlasts the mass's, if that is the cause."""
-    storage = None if problem.circuit is None else problem.circuit.storage
+    storage = problem.load_circuit.storage
     w0 = problem.scales.frequency
     if storage is None or storage < LONG * 2.0 * math.pi / w0:
         return error
@@ -176,3 +178,8 @@ def _with_cause(error: SimulationError, problem: Problem) -> SimulationError:
     return type(error)(
         f"{error}; {note('slow_circuit', constant=numbers[0], frequency=numbers[1])}"
     )
+
+
+def without_ngspice(problem: Problem) -> type[Ensemble] | None:
+    """The engine that samples a problem without ngspice; None for a circuit without an ideal one."""
+    return next((kind for kind in (Ensemble, Ideal) if kind.refusal(problem) is None), None)

@@ -110,9 +110,7 @@ def served(engine: type[Engine], scene: AnyScene) -> Problem:
 
 def needs_resistance(problem: Problem, engine: str) -> Diagnostic | None:
     """Why an engine for load resistances does not support a netlist; None if the load is not one."""
-    if problem.netlist is None:
-        return None
-    return refusal("needs_resistance", engine, engine=engine, netlist=problem.netlist)
+    return problem.load.refused_by_formulas(engine)
 
 
 def needs_known_effects(
@@ -153,8 +151,8 @@ def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:
 
     Raises InputError for a netlist without a solution.
     """
-    if problem.netlist is None:
-        return refusal("needs_netlist", engine, engine=engine)
+    if (reason := problem.load.refused_by_circuits(engine)) is not None:
+        return reason
     from harvester.circuits.solvability import check_solvable
 
     check_solvable(problem.load_circuit)

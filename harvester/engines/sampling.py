@@ -150,7 +150,7 @@ def _rare_hops(hops: "Hopping", h: float, problem: Problem) -> Diagnostic:
     rate = hops.rate if hops.hops or rates is None else sum(rates)
     return warning(
         "rare_hops",
-        places=" and ".join(f"x = {amount(x * unit.length, metre)}" for x in eqs.resting_places),
+        wells=" and ".join(f"x = {amount(x * unit.length, metre)}" for x in eqs.resting_places),
         hops=hops.hops,
         time=hops.count * hops.time / unit.frequency,
         formula_time=None if rates is None else 1.0 / max(rates) / unit.frequency,

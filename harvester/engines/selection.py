@@ -213,10 +213,11 @@ def refusals(scene: AnyScene) -> dict[str, Diagnostic | None]:
     An engine that is about netlists only is not listed for another load.
     """
     problem = Problem.of(scene)
-    about = [
-        name for name in ENGINES if problem.netlist is not None or not ENGINES[name].needs_netlist
-    ]
-    return {name: ENGINES[name].refusal(problem) for name in about}
+    return {
+        name: kind.refusal(problem)
+        for name, kind in ENGINES.items()
+        if not (kind.needs_netlist and problem.load.refused_by_circuits(name))
+    }
 
 
 def serving(scene: AnyScene) -> list[str]:
@@ -248,7 +249,7 @@ def default_engine(scene: AnyScene, **options: Any) -> str:
 
 def default_sampler(scene: AnyScene) -> str:
     """The engine that samples if none is named: `Spice` for a netlist, else `Ensemble`."""
-    return Ensemble.NAME if Problem.of(scene).netlist is None else Spice.NAME
+    return Spice.NAME if Ensemble.refusal(Problem.of(scene)) else Ensemble.NAME
 
 
 ENGINE_OF_CIRCUITS = Spice.NAME  # where circuits are compared

@@ -8,7 +8,6 @@ from numpy.polynomial import Polynomial
 from harvester.arrays import Floats
 from harvester.equations.coefficients import FRICTION, Equations
 from harvester.equations.effects import LINEAR, unknown_to
-from harvester.equations.modes import Modes
 from harvester.errors import UnboundedResponseError
 
 # in w0, and of the largest coefficient: eigenvalues are not known better
@@ -83,31 +82,7 @@ def flow(eqs: Equations, x: float = 0.0) -> Floats:
     stiffness = eqs.spring_slope(x) / mass
     friction = float(Polynomial(eqs.friction)(x**2)) / mass
     beta = (eqs.beta or 0.0) * grown / mass
-    mu = eqs.mu
-    if eqs.modes is not None:
-        return _flow_of_modes(eqs.modes, stiffness, friction, beta, mu)
-    if mu is None:
-        return np.array([[0.0, 1.0], [-stiffness - beta * grown, -friction]])
-    return np.array([[0.0, 1.0, 0.0], [-stiffness, -friction, -beta], [0.0, grown, -mu]])
-
-
-def _flow_of_modes(
-    modes: Modes, spring: float, friction: float, beta: float, mu: float | None
-) -> Floats:
-    """The matrix of (y, y', V), or without a load of (y, y')."""
-    (k, d) = modes.matrices(spring, friction)
-    s = np.array(modes.coupling)
-    n = modes.count
-    if mu is None:
-        return np.block([[np.zeros((n, n)), np.eye(n)], [-k - beta * np.outer(s, s), -d]])
-    matrix = np.zeros((2 * n + 1, 2 * n + 1))
-    matrix[:n, n : 2 * n] = np.eye(n)
-    matrix[n : 2 * n, :n] = -k
-    matrix[n : 2 * n, n : 2 * n] = -d
-    matrix[n : 2 * n, -1] = -beta * s
-    matrix[-1, n : 2 * n] = s
-    matrix[-1, -1] = -mu
-    return matrix
+    return eqs.modal.flow(stiffness, friction, beta=beta, grown=grown, mu=eqs.mu)
 
 
 def strongest_feed(eqs: Equations) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.effects import EFFECTS, SEVERAL_MODES
-from harvester.equations.modes import Modes
+from harvester.equations.modes import Modes, SingleMode
 from harvester.errors import CannotServeError
 from harvester.presentation.diagnostic import refusal
 from harvester.records.records import Record, TabulatedDensity
@@ -173,9 +173,14 @@ class Equations:
         return self.mu - self.loss_tangent if self.mu > self.loss_tangent else None
 
     @property
+    def modal(self) -> SingleMode | Modes:
+        """The coordinates, also of one mode."""
+        return self.modes or SingleMode()
+
+    @property
     def highest_frequency(self) -> float:
         """The highest natural frequency of the modes in open circuit; 1 of one mode."""
-        return 1.0 if self.modes is None else self.modes.highest(self.spring[0], self.beta or 0.0)
+        return self.modal.highest(self.spring[0], self.beta or 0.0)
 
     @property
     def has_stop(self) -> bool:
@@ -185,7 +190,7 @@ class Equations:
     @property
     def has_ball(self) -> bool:
         """Whether the stops are the ends of a ball's box."""
-        return self.modes is not None and self.modes.pull is not None
+        return self.modal.pull is not None
 
     @property
     def rigid_stops(self) -> tuple[float, float]:

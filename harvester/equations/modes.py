@@ -24,6 +24,7 @@ whole.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -34,6 +35,33 @@ from harvester.scene.physical import Ball, Magnifier, Mode
 TURN = 2.0 * math.pi
 STANDARD_GRAVITY = 9.80665
 ALIKE = 1e-9  # of the accelerations of a ball and its box
+
+
+class SingleMode:
+    """The oscillator's coordinate alone, with the properties of `Modes`.
+
+    ``contact`` is None, as the displacement meets the stops; ``shares_friction`` is whether no
+    other coordinate has a friction of its own, ``meets_stops`` whether the displacement alone meets
+    the stops.
+    """
+
+    contact: tuple[float, ...] | None = None
+    pull: float | None = None
+    shaken_mass = 1.0
+    shares_friction = True
+    meets_stops = True
+
+    def highest(self, spring: float, beta: float) -> float:
+        """The frequency at rest without a load, in units of itself."""
+        return 1.0
+
+    def flow(
+        self, spring: float, friction: float, beta: float, grown: float, mu: float | None
+    ) -> Floats:
+        """The matrix of (x, x', V), or without a load of (x, x'); x' feeds V by ``grown``."""
+        if mu is None:
+            return np.array([[0.0, 1.0], [-spring - beta * grown, -friction]])
+        return np.array([[0.0, 1.0, 0.0], [-spring, -friction, -beta], [0.0, grown, -mu]])
 
 
 @dataclass(frozen=True)
@@ -51,6 +79,7 @@ class Modes:
     contact: tuple[float, ...]
     oscillator: tuple[float, ...] | None = None
     pull: float | None = None
+    shares_friction: ClassVar[bool] = False
 
     @property
     def count(self) -> int:
@@ -74,6 +103,11 @@ class Modes:
         if self.pull is not None:
             y[-1] = -self.contact[0] / self.contact[-1] * y[0]
         return y
+
+    @property
+    def meets_stops(self) -> bool:
+        """Whether the oscillator's displacement alone meets the stops."""
+        return self.contact == tuple(self.direction)
 
     @property
     def shaken_mass(self) -> float:
@@ -104,6 +138,24 @@ class Modes:
         return math.sqrt(
             float(np.linalg.eigvalsh(self.matrices(spring, 0.0)[0] + beta * np.outer(s, s))[-1])
         )
+
+    def flow(
+        self, spring: float, friction: float, beta: float, grown: float, mu: float | None
+    ) -> Floats:
+        """The matrix of (y, y', V), or without a load of (y, y'); ``grown`` is 1."""
+        (k, d) = self.matrices(spring, friction)
+        s = np.array(self.coupling)
+        n = self.count
+        if mu is None:
+            return np.block([[np.zeros((n, n)), np.eye(n)], [-k - beta * np.outer(s, s), -d]])
+        matrix = np.zeros((2 * n + 1, 2 * n + 1))
+        matrix[:n, n : 2 * n] = np.eye(n)
+        matrix[n : 2 * n, :n] = -k
+        matrix[n : 2 * n, n : 2 * n] = -d
+        matrix[n : 2 * n, -1] = -beta * s
+        matrix[-1, n : 2 * n] = s
+        matrix[-1, -1] = -mu
+        return matrix
 
 
 def further_modes(

@@ -43,10 +43,9 @@ def power_bound(problem: Problem) -> PowerBound | None:
         return None
     white = eqs.n1 or 0.0
     unit = problem.units.watts
-    if eqs.modes is not None:
-        white *= eqs.modes.shaken_mass
-        if eqs.is_shaken_otherwise:  # each coordinate has its own least friction
-            return None
+    white *= eqs.modal.shaken_mass
+    if eqs.is_shaken_otherwise and not eqs.modal.shares_friction:
+        return None
     if not eqs.is_shaken_otherwise:
         return PowerBound(white * unit, note("bound_by_white_noise"))
     others = {"bound_by_damping": _mean_square(eqs) / (4.0 * least) if least else math.inf}

@@ -1,15 +1,20 @@
-"""A scene made ready to be solved: its equations, scales, effects and circuit, made once and handed down."""
+"""A scene made ready to be solved: its equations, scales, effects and load, made once and handed down.
+
+Its load is an open circuit, a resistance, or a netlist, each a class.  Callers ask the load for its
+properties; `load_of` alone asks which one a scene has.
+"""
 
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from harvester.equations.coefficients import Equations
 from harvester.equations.from_scene import equations_at
 from harvester.equations.repeated_shaking import Events, events
 from harvester.equations.scales import Scales, scales
 from harvester.errors import invalid
-from harvester.presentation.diagnostic import Diagnostic
+from harvester.presentation.diagnostic import Diagnostic, refusal
 from harvester.scene.load import Load
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
@@ -19,14 +24,143 @@ if TYPE_CHECKING:
     from harvester.netlists.load_circuit import LoadCircuit
 
 
+class OpenCircuit:
+    """No load.
+
+    ``netlist`` is the name or path of a netlist, ``circuit`` the load as a circuit for ngspice, and
+    ``text`` the text of a netlist; None without one.  ``effects`` are those that a netlist adds,
+    ``value_warnings`` warnings of its probably unintended values.  ``may_drive`` is whether its
+    voltage is not in the equations.  ``lone_resistance`` is that of a netlist that is only a
+    resistor (ohm), ``store`` the storage capacitor (F), ``values`` the parameters of its circuit.
+    ``resistance_key`` is the scene key of the load's resistance.
+    """
+
+    netlist: str | None = None
+    text: str | None = None
+    effects: tuple[str, ...] = ()
+    value_warnings: tuple[Diagnostic, ...] = ()
+    may_drive = False
+    lone_resistance: float | None = None
+    store: float | None = None
+    resistance_key = "load.resistance"
+
+    @property
+    def circuit(self) -> "LoadCircuit | None":
+        """The load as a circuit for ngspice."""
+        return None
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The parameters of the circuit."""
+        return {}
+
+    def refused_by_formulas(self, engine: str) -> Diagnostic | None:
+        """The refusal of an engine that supports load resistances alone; None but for a netlist."""
+        return None
+
+    def refused_by_circuits(self, engine: str) -> Diagnostic | None:
+        """The refusal of an engine that supports netlists alone; None for a netlist."""
+        return refusal("needs_netlist", engine, engine=engine)
+
+
+class LoadWithCircuit(OpenCircuit):
+    """A load of which ngspice has a circuit, which is read if it is needed.
+
+    Parameters
+    ----------
+    load : Load
+        the table of the scene.
+    capacitance : float or None
+        the piezo's (F), for a netlist that has it as a parameter.
+
+    Raises InputError for a netlist that cannot be used, as soon as its circuit is needed.
+    """
+
+    def __init__(self, load: Load, capacitance: float | None = None) -> None:
+        self.table = load
+        self._capacitance = capacitance
+
+    @cached_property
+    def circuit(self) -> "LoadCircuit":
+        """The load as a circuit for ngspice."""
+        from harvester.netlists.load_circuit import load_circuit
+
+        return load_circuit(self.table, self._capacitance)
+
+    @property
+    def store(self) -> float | None:  # type: ignore[override]
+        """The storage capacitor (F); None without one."""
+        return self.circuit.smoothing
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The parameters of the circuit."""
+        return self.circuit.values
+
+
+class LoadResistance(LoadWithCircuit):
+    """A load resistance, which is a part of the equations."""
+
+
+class LoadNetlist(LoadWithCircuit):
+    """A netlist."""
+
+    effects = ("netlist",)
+    may_drive = True
+
+    @property
+    def netlist(self) -> str | None:  # type: ignore[override]
+        """Its name or path."""
+        return self.table.netlist
+
+    @property
+    def text(self) -> str:  # type: ignore[override]
+        """The text of its circuit."""
+        return self.circuit.text
+
+    @property
+    def value_warnings(self) -> tuple[Diagnostic, ...]:  # type: ignore[override]
+        """Warnings of probably unintended values."""
+        return self.circuit.value_warnings
+
+    @property
+    def lone_resistance(self) -> float | None:  # type: ignore[override]
+        """The resistance (ohm) of a netlist that is only a resistor."""
+        return self.circuit.resistance
+
+    @property
+    def resistance_key(self) -> str:  # type: ignore[override]
+        """The scene key of the load's resistance: R, or of a flat netlist that of its resistor."""
+        name = "R" if self.table.terminals is None else "Rload"
+        return f"load.parameters.{self.table.resistor or name}"
+
+    def refused_by_formulas(self, engine: str) -> Diagnostic | None:
+        """The refusal of an engine that supports load resistances alone."""
+        return refusal("needs_resistance", engine, engine=engine, netlist=self.netlist)
+
+    def refused_by_circuits(self, engine: str) -> Diagnostic | None:
+        """No refusal."""
+        return None
+
+
+def load_of(scene: Scene, equations: Equations, scales: Scales) -> OpenCircuit:
+    """The load of a scene; without the table a nondimensional one has the resistance of its mu."""
+    if scene.load is not None:
+        kind = LoadResistance if scene.load.netlist is None else LoadNetlist
+        return kind(scene.load, scales.capacitance)
+    if equations.load is None:
+        return OpenCircuit()
+    return LoadResistance(Load(resistance=scales.resistance(equations.load)))
+
+
 class Problem:
     """The problem that an engine solves.
 
     ``equations`` are nondimensional, with one coefficient for each of the ``effects`` that are
-    present; ``scales`` are those of the device that carries them in ngspice; ``units`` those of the
-    scene's own units, which for a nondimensional scene are all 1: a time tau is
-    tau/units.frequency, a power p is p units.watts. InputError if one is too large or too small to
-    compute with.
+    present; ``load`` is that of the piezo; ``scales`` are those of the device
+    that carries them in ngspice; ``units`` those of the scene's own units, which for a
+    nondimensional scene are all 1: a time tau is tau/units.frequency, a power p is p units.watts.
+    InputError if one is too large or too small to compute with.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -35,6 +169,7 @@ class Problem:
         self.equations = equations_at(scene, self.scales)
         self.effects = self.equations.effects
         self.physical = scene.physical
+        self.load = load_of(scene, self.equations, self.scales)
         self.units = self.scales if self.physical else Scales(1.0, 1.0, 1.0, 1.0, 1.0)
 
     @classmethod
@@ -49,9 +184,7 @@ class Problem:
     @cached_property
     def plain(self) -> "Problem":
         """The same with a load resistance, if the netlist is only a resistor; else itself."""
-        resistance = (
-            None if self.netlist is None or self.circuit is None else self.circuit.resistance
-        )
+        resistance = self.load.lone_resistance
         return (
             self
             if resistance is None
@@ -61,8 +194,9 @@ class Problem:
     @property
     def load_circuit(self) -> "LoadCircuit":
         """The load's circuit for an engine that has refused an open circuit."""
-        assert self.circuit is not None, "an engine's refusal checks this"
-        return self.circuit
+        circuit = self.circuit
+        assert circuit, "an engine's refusal checks this"
+        return circuit
 
     def in_circuit(self, unit: str) -> float:
         """The value of one of the scene's own units in the circuit that runs, for a quantity in V, A, W or J."""
@@ -77,17 +211,12 @@ class Problem:
     @property
     def netlist(self) -> str | None:
         """Name or path of the load's netlist; None for a load resistance and for an open circuit."""
-        return None if self.scene.load is None else self.scene.load.netlist
-
-    @property
-    def netlist_text(self) -> str | None:
-        """The text of the load's netlist; None for a load resistance and for an open circuit."""
-        return None if self.netlist is None else self.load_circuit.text
+        return self.load.netlist
 
     @property
     def present_effects(self) -> tuple[str, ...]:
         """The names of the effects, and "netlist" if the load is one."""
-        return self.effects if self.netlist is None else (*self.effects, "netlist")
+        return (*self.effects, *self.load.effects)
 
     @cached_property
     def events(self) -> Events | None:
@@ -98,15 +227,9 @@ class Problem:
     @property
     def value_warnings(self) -> list[Diagnostic]:
         """Warnings of probably unintended values, in the scene and in its netlist."""
-        circuit = self.circuit if self.netlist else None
-        return [*unusual_values(self.scene), *(circuit.value_warnings if circuit else ())]
+        return [*unusual_values(self.scene), *self.load.value_warnings]
 
-    @cached_property
+    @property
     def circuit(self) -> "LoadCircuit | None":
         """The load as a circuit for ngspice, None for an open one; InputError for a netlist that cannot be used."""
-        from harvester.netlists.load_circuit import load_circuit
-
-        if self.scene.load is not None:
-            return load_circuit(self.scene.load, self.scales.capacitance)
-        mu = self.equations.load  # of a nondimensional scene
-        return None if mu is None else load_circuit(Load(resistance=self.scales.resistance(mu)))
+        return self.load.circuit

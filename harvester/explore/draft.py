@@ -16,7 +16,7 @@ from harvester.explore.texts import exactly, in_file, normal, written
 from harvester.machine import files
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.keys import read_value
-from harvester.scene.load import Load, is_path
+from harvester.scene.load import Load
 from harvester.scene.modal_parameters import ModalParameters, modal_parameters
 from harvester.scene.physical import FILES, Ball, Magnifier, Mode, Oscillator, Piezo
 from harvester.scene.scene import Scene
@@ -118,7 +118,7 @@ class Draft:
 
     def _offer_elements(self, load: Load | None) -> None:
         """Texts for parameters and elements of a custom netlist that the scene does not name, `MOST_KNOBS` in all."""
-        if load is None or load.netlist is None or not is_path(load.netlist):
+        if load is None or not load.file:
             return
         circuit = load_circuit(load, self.value("piezo.capacitance") if self.physical else None)
         named = {circuit.own_name(name) for name in load.parameters}

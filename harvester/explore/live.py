@@ -170,7 +170,7 @@ def _without_netlist(problem: Problem, key: str) -> tuple[Scene | None, str]:
     if problem.netlist is None:
         return problem.scene, key
     # refuses a netlist that is not allowed
-    resistance = problem.circuit.values.get("R") if problem.circuit else None
+    resistance = problem.load.values.get("R")
     key_of_base = "load.resistance" if key == "load.parameters.R" else key
     if resistance is None or key_of_base.startswith("load.parameters."):
         return None, key

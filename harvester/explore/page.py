@@ -205,8 +205,7 @@ class Explorer:
 
     def _show_chip(self, request: PageRequest, details: dict[str, float]) -> None:
         """Show how a chip's load and store live, as a table and next to the power."""
-        circuit = self.live.problem.circuit if self.live is not None else None
-        rows = of_chip(details, {} if circuit is None else circuit.values)
+        rows = of_chip(details, {} if self.live is None else self.live.problem.load.values)
         self.life.object = html_text.life({"heads": ("the chip", ""), "rows": rows, "remarks": []})
         self._beside.add(request.tables, dict(rows[:2]), self.pinned[0] if self.pinned else None)
 

@@ -80,7 +80,7 @@ class Levels:
 
 def groups(table: SweepTable) -> dict[str, dict[str, Rows]]:
     """Sort rows along the drawn axis into curves: for each value of the other keys, and each engine."""
-    curve_axis = table.along
+    curve_axis = table.curve_axis
     others = (
         () if table.listed else tuple(axis for axis in table.axes if axis.key != curve_axis.key)
     )

@@ -33,7 +33,7 @@ def sweep(table: SweepTable, title: str | None) -> Plot:
     A list of points of several keys is markers without a line.  For a long curve every n-th point
     is drawn, at most `MOST_SHOWN`.
     """
-    curve_axis = table.along
+    curve_axis = table.curve_axis
     engines = list(table.engines)
     curves_of = groups(table)
     shown = dict(list(curves_of.items())[:MOST_CURVES])
@@ -132,7 +132,7 @@ def _ratios(
         if not here:
             continue
         look = style(engine, table, number, groups, len(here)) | {"label": "_"}
-        x = np.array([row.varied[table.along.key] for row in here]) / x_scale
+        x = np.array([row.varied[table.curve_axis.key] for row in here]) / x_scale
         ratio = Levels.of(here, 1.0).over(Levels.of([base[at(row)] for row in here], 1.0))
         if engine != reference:
             _draw(low, engine, x, ratio, look)

@@ -16,6 +16,7 @@ and far above it at 0.
 import cmath
 import math
 from collections.abc import Sequence
+from functools import singledispatch
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ import numpy as np
 from harvester.arrays import Complexes, Floats
 from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations
-from harvester.equations.modes import Modes
+from harvester.equations.modes import Modes, SingleMode
 
 AT_ONCE = 1 << 16  # frequencies, of several modes
 
@@ -50,8 +51,12 @@ def white(eqs: Equations) -> WhiteResponse:
     Infinite if nothing dissipates energy, or more is fed than dissipated.  For several modes it is
     solved unchanged.
     """
-    if eqs.modes is not None:
-        return _white_of_modes(eqs, eqs.modes)
+    return _white(eqs.modal, eqs)
+
+
+@singledispatch
+def _white(modes: SingleMode | Modes, eqs: Equations) -> WhiteResponse:
+    """`white` of these coordinates."""
     c = -(eqs.c1 or 0.0)
     beta = eqs.beta or 0.0
     mu = eqs.mu or 0.0
@@ -73,15 +78,25 @@ def amplitudes(
     For a bistable spring they are those of small motions in the first well, whose stiffness is used
     in place of the 1. Infinite at a resonance if nothing dissipates energy.
     """
-    s = 1j * np.asarray(w)
-    mu = eqs.mu or 0.0
     stiffness = 1.0
     if eqs.linear is not None:
         linear, alpha2, alpha = eqs.spring
         rest = next(iter(eqs.resting_places), 0.0)  # none where the spring pushes the mass away
         stiffness = linear + rest * (2.0 * alpha2 + 3.0 * alpha * rest)
-    if eqs.modes is not None:
-        return _amplitudes_of_modes(eqs, eqs.modes, np.asarray(w), stiffness, direction)
+    return _amplitudes(eqs.modal, eqs, np.asarray(w), stiffness, direction)
+
+
+@singledispatch
+def _amplitudes(
+    modes: SingleMode | Modes,
+    eqs: Equations,
+    w: Floats,
+    stiffness: float,
+    direction: Sequence[float] | None,
+) -> Complexes:
+    """`amplitudes` of these coordinates, with the oscillator's stiffness."""
+    s = 1j * w
+    mu = eqs.mu or 0.0
     with np.errstate(divide="ignore", invalid="ignore"):
         voltage = s / (s + mu) if mu else np.ones_like(s)
         x = 1.0 / (stiffness + s * (s - (eqs.c1 or 0.0)) + (eqs.beta or 0.0) * voltage)
@@ -102,7 +117,8 @@ def stationary(eqs: Equations, modes: Modes) -> Floats:
     return np.asarray(solve_continuous_lyapunov(matrix, -2.0 * np.outer(forced, forced)))
 
 
-def _white_of_modes(eqs: Equations, modes: Modes) -> WhiteResponse:
+@_white.register(Modes)
+def _white_of_modes(modes: Modes, eqs: Equations) -> WhiteResponse:
     """`white` of several modes; x is the oscillator's displacement."""
     values = np.linalg.eigvals(flow(eqs))
     n = modes.count
@@ -120,8 +136,9 @@ def _white_of_modes(eqs: Equations, modes: Modes) -> WhiteResponse:
     )
 
 
+@_amplitudes.register(Modes)
 def _amplitudes_of_modes(
-    eqs: Equations, modes: Modes, w: Floats, spring: float, direction: Sequence[float] | None
+    modes: Modes, eqs: Equations, w: Floats, spring: float, direction: Sequence[float] | None
 ) -> Complexes:
     """`amplitudes` of several modes: (K + s D + s^2 + beta V/(s.y) s s^T) y = g a at each frequency."""
     stiffness, damping = modes.matrices(spring, -(eqs.c1 or 0.0))

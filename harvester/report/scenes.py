@@ -44,7 +44,7 @@ def scene_section(problem: Problem, text: str = "") -> Section:
     if problem.physical:
         tables = [_keys(problem.scene), *tables, _scales(problem)]
     listings = [Listing("Scene file", as_written(problem.scene))]
-    if text_of_netlist := problem.netlist_text:
+    if text_of_netlist := problem.load.text:
         listings.append(Listing(f"Netlist {problem.netlist}", text_of_netlist, folded=True))
     return Section("Scene", texts=[text] if text else [], tables=tables, listings=listings)
 

@@ -68,7 +68,7 @@ def of_sweep(scene: Scene | Problem, table: SweepTable) -> Page:
     figure = drawing(
         table.plot(None),
         f"Mean power against {keys}. {'. '.join(best)}.",
-        f"Mean power against {table.along.key}, engine by engine.",
+        f"Mean power against {table.curve_axis.key}, engine by engine.",
     )
     failed = sum(bool(row.error) for row in table.rows)
     section = Section(

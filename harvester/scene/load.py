@@ -70,10 +70,15 @@ class Load(SceneTable):
             raise InputError(
                 f"load.{flat[0]} must be used with load.terminals, the piezo's nets, but they are missing"
             )
-        if self.terminals is not None and (self.netlist is None or not is_path(self.netlist)):
+        if self.terminals is not None and not self.file:
             raise InputError(
                 "load.terminals must be used with the file of a flat netlist, but load.netlist is not one"
             )
+
+    @property
+    def file(self) -> str | None:
+        """The path of the netlist's file; None for a netlist by its name, and for a resistance."""
+        return self.netlist if is_path(self.netlist or "") else None
 
 
 def is_path(netlist: str) -> bool:

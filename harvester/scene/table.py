@@ -162,8 +162,8 @@ def scene_table(table: type[Table]) -> type[Table]:
         + f" ({key.unit})" * bool(key.unit)
         for key in keys_of(made)
     ]
-    text, found, example = (table.__doc__ or "").rstrip().partition("    >>> ")
-    examples = ["", "    Examples", "    --------", found + example] if found else []
+    text, prompt, example = (table.__doc__ or "").rstrip().partition("    >>> ")
+    examples = ["", "    Examples", "    --------", prompt + example] if prompt else []
     made.__doc__ = "\n".join(
         [text.rstrip() + "\n", "    Parameters", "    ----------", *described, *examples]
     )

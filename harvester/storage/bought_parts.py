@@ -56,7 +56,7 @@ class Chip:
     and logarithms of currents.  From empty to ``hand_over`` (V) it needs ``cold_voltage`` with
     ``cold_efficiency`` if at least ``cold_power`` (W) comes.  One without a ratio has its storage
     capacitor at the input.  The output begins at ``rise`` of the storage capacitor (V) and ends
-    below ``fall``; ``own`` is the chip's own current (A), and ``low_own`` that before the output
+    below ``fall``; ``quiescent`` is the chip's quiescent current (A), and ``low_quiescent`` that before the output
     begins, the same if it is 0. ``efficiencies`` are those of the output over its current (A), the
     first also below it. ``outputs`` are the output's voltages with ``rise`` and ``fall`` (V); for a
     chip that tracks, at 0, the range of its storage capacitor.
@@ -71,7 +71,7 @@ class Chip:
 
     outputs: dict[float, tuple[float, float]]
     efficiencies: tuple[tuple[float, float], ...]
-    own: float
+    quiescent: float
     most: float
     ratio: float | None = None
     period: float = 16.0
@@ -91,7 +91,7 @@ class Chip:
     assumed: str = ""
     rise: float = 0.0
     fall: float = 0.0
-    low_own: float = 0.0
+    low_quiescent: float = 0.0
 
     @property
     def idle(self) -> float:

@@ -68,7 +68,7 @@ class _Tracker:
             given = chip.cold_efficiency * energy if self.power >= chip.cold_power else 0.0
             return charge - taken, given / max(volts, LOW)
         self.begun = now if self.begun is None else self.begun
-        given = -chip.own * slice_
+        given = -chip.quiescent * slice_
         if (now - self.begun) % chip.period < chip.look:
             self.held = (chip.ratio or 1.0) * min(seen, chip.most)
             return min(charge, INPUT * chip.most), given
@@ -154,7 +154,7 @@ def direct_course(problem: Problem, run: NodeRun, seconds: float, seed: int = 0)
     store = StoreOnPath(problem, circuit, farads, h, part=part, rng=rng)
     slice_ = part / problem.scales.frequency
     consumer = _Consumer(run)
-    own_current = 0.0 if tracker is not None or chip is None else chip.own
+    own_current = 0.0 if tracker is not None or chip is None else chip.quiescent
     volts = run.storage.initial_voltage or 0.0
     charge = 0.0 if tracker is not None else farads * volts  # C, in the capacitor of the rectifier
     count = math.ceil(seconds / slice_)

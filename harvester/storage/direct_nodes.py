@@ -126,7 +126,7 @@ def direct_nodes(
         eqs, count, np.random.SeedSequence([seed, 17]), step_from_rest(eqs), circuit=circuit
     )
     stores = StoresOfMany(runs, circuit, storage.farads, problem.scales)
-    chip_current = 0.0 if chip is None else chip.own
+    chip_current = 0.0 if chip is None else chip.quiescent
     volts = np.full(runs.count, storage.initial_voltage or 0.0)
     records = np.zeros((ROWS, runs.count))
     records[STATE] = -1.0

@@ -95,7 +95,7 @@ def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | 
         return 0.0
     if chip is not None and chip.ratio is not None:
         return max(current.start, 0.0) + 0.5 * chip.look
-    whole = current.scaled(1.0, -(0.0 if chip is None else chip.low_own or chip.own))
+    whole = current.scaled(1.0, -(0.0 if chip is None else chip.low_quiescent or chip.quiescent))
     at_once = replace(whole, lag=np.zeros_like(whole.lag), ring_up=0.0)
     levels = np.array([first, wake])
     times, sooner = (times_to(levels, each, storage.farads, math.inf) for each in (whole, at_once))
@@ -141,13 +141,15 @@ class NodeRun:
             current.at(self.volts) if chip is None else charging_current(chip, current, self.volts)
         )
         self.charging = np.atleast_2d(came - leak)
-        self.dark = np.atleast_2d(-leak - (0.0 if chip is None else chip.own))
+        self.dark = np.atleast_2d(-leak - (0.0 if chip is None else chip.quiescent))
         sleep = node.sleep_current or 0.0
         packet = sum(seconds for _, seconds in node.states)
         self.states = [*node.states, (sleep, node.interval - packet)]
         self.spared = (node.low_interval or node.interval) - packet
         self.drawn = np.array([self._drawn(amperes) for amperes, _ in self.states])
-        less = chip.own - chip.low_own if chip is not None and chip.low_own else 0.0
+        less = (
+            chip.quiescent - chip.low_quiescent if chip is not None and chip.low_quiescent else 0.0
+        )
         self.waiting = np.full(len(self.volts), (node.stopped_current or 0.0) - less)
 
     def at(self, table: Floats, volts: float) -> float:

@@ -71,14 +71,14 @@ class Supply:
             )
         if self.chip.ratio is None:
             volts = np.linspace(self.fall, self.rise, FINE)
-            current = np.atleast_2d(table.at(volts)) - self.chip.own
+            current = np.atleast_2d(table.at(volts)) - self.chip.quiescent
             mean = current.mean(axis=0)
             k = int(np.argmax(volts * mean))
             return np.asarray(
                 self.efficiency(needed) * volts[k] * current[:, k] * float(mean[-1] > 0.0)
             )
         return self.efficiency(needed) * (
-            tracked_power(self.chip, table) - self.chip.full * self.chip.own
+            tracked_power(self.chip, table) - self.chip.full * self.chip.quiescent
         )
 
     def wake(self, table: RectifiedCurrent, farads: float) -> float:
@@ -87,10 +87,12 @@ class Supply:
             return _time(table, self.voltage, farads)
         if self.chip.ratio is None:
             return _time(
-                table.scaled(1.0, -(self.chip.low_own or self.chip.own)), self.rise, farads
+                table.scaled(1.0, -(self.chip.low_quiescent or self.chip.quiescent)),
+                self.rise,
+                farads,
             )
         cold = self.chip.cold_voltage
-        warm = float(tracked_power(self.chip, table)[0]) - self.rise * self.chip.own
+        warm = float(tracked_power(self.chip, table)[0]) - self.rise * self.chip.quiescent
         came = cold * float(table.at(np.array(cold)))
         start = self.chip.cold_efficiency * came
         if min(start, warm) <= 0.0 or came < self.chip.cold_power:
@@ -126,12 +128,12 @@ def chip_of(table: HarvestingChip, supply: float | None) -> Chip:
 def _given(table: HarvestingChip) -> dict[str, Any]:
     """The entries of a table itself for its chip."""
     given: dict[str, Any] = {
-        "own": table.own_current,
+        "quiescent": table.own_current,
         "ratio": table.input_ratio,
         "full": table.full_voltage,
     }
     if table.own_current is not None:
-        given["low_own"] = 0.0
+        given["low_quiescent"] = 0.0
     if table.efficiency is not None:
         given |= {"charging": ((1.0, 1e-5, table.efficiency),), "spread": 0.0}
     if table.efficiency_table is not None:
@@ -237,7 +239,7 @@ def input_without_load(chip: Chip, voltages: Floats, current: Floats) -> Floats:
 def charging_current(chip: Chip, table: AnyCurrent, volts: Floats) -> Floats:
     """The current (A) into storage at its ``volts``, shape (n,), of a record with its windows, less the chip's own."""
     if chip.ratio is None:
-        return np.asarray(table.at(volts)) - chip.own
+        return np.asarray(table.at(volts)) - chip.quiescent
     current = np.atleast_2d(table.current)
     cold = (
         np.array([np.interp(chip.cold_voltage, table.voltages, window) for window in current])
@@ -248,7 +250,7 @@ def charging_current(chip: Chip, table: AnyCurrent, volts: Floats) -> Floats:
     )
     power = np.where(volts < chip.hand_over, started[:, None], tracked_power(chip, table)[:, None])
     return np.asarray(
-        power / np.maximum(volts, LOW) - np.where(volts < chip.hand_over, 0.0, chip.own)
+        power / np.maximum(volts, LOW) - np.where(volts < chip.hand_over, 0.0, chip.quiescent)
     )
 
 

@@ -324,14 +324,14 @@ def _computed(
 
 def _stops(eqs: Equations) -> tuple[float, ...]:
     """The places of the stops that the displacement alone meets."""
-    if eqs.modes is not None and eqs.modes.contact != tuple(eqs.modes.direction):
+    if not eqs.modal.meets_stops:
         return ()
     return tuple(stop for stop in eqs.stops if math.isfinite(stop))
 
 
 def _not_drawn(eqs: Equations) -> Iterator[Diagnostic]:
     """A note if the mass has stops, but the displacement alone does not meet them."""
-    if eqs.modes is not None and eqs.has_stop and not _stops(eqs):
+    if eqs.has_stop and not _stops(eqs):
         yield note("ball_not_drawn" if eqs.has_ball else "stop_not_drawn")
 
 
@@ -350,5 +350,5 @@ def _step(problem: Problem) -> float:
     from harvester.equations.bounds import check_bounded
     from harvester.mechanics.kernels.step_size import step_from_rest
 
-    check_bounded(problem.equations, driven=problem.netlist is not None)
+    check_bounded(problem.equations, driven=problem.load.may_drive)
     return step_from_rest(problem.equations, 0.5)

@@ -23,7 +23,7 @@ def provenance(scene: Scene | Problem, **extra: Any) -> dict[str, Any]:
     return origin() | {
         "scene": problem.scene.tables(),
         "scene_digest": problem.scene.digest,
-        "netlist": problem.netlist_text,
+        "netlist": problem.load.text,
         **extra,
     }
 

@@ -17,8 +17,8 @@ from scipy.integrate import solve_ivp
 
 import harvester as hv
 from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.circuits.floating import SummedEquations
 from harvester.circuits.junctions import THERMAL, diode
+from harvester.circuits.reduction import SummedEquations
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError
 from harvester.mechanics.ensemble.trajectories import Trajectories

@@ -5,7 +5,7 @@ import re
 import pytest
 
 import harvester as hv
-from harvester.commands.formula_meanwhile import formula_line
+from harvester.commands.run import formula_line
 from tests.support.paths import EXAMPLES
 from tests.support.terminal import on_terminal
 

@@ -114,7 +114,7 @@ def test_one_verdict_on_the_coupling():
     assert "strong" not in str(note("coupling_explained", share=0.4))
     best = {"power": 1e-3, "ohm": 1e5, "low": 5e4, "high": 2e5, "near": 0.95, "at_end": False}
     for share, words in ((0.9, "near the best"), (0.897, "near the best"), (0.89, "far from")):
-        said = str(note("own_load", own=1e5, share=share, nearly=0.9, **best))
+        said = str(note("own_load", resistance=1e5, share=share, nearly=0.9, **best))
         assert said.startswith(words), said
 
 

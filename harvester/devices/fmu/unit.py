@@ -216,9 +216,9 @@ def _renamed(llvm: str) -> str:
     """The same with names of functions of our own: numba counts in its names."""
     names: dict[str, str] = {}
 
-    def renamed(found: re.Match[str]) -> str:
+    def renamed(symbol: re.Match[str]) -> str:
         """A text as it is, since its type has its length; a symbol by its number."""
-        return found[1] or names.setdefault(found[0], f"part{len(names)}")
+        return symbol[1] or names.setdefault(symbol[0], f"part{len(names)}")
 
     return re.sub(r'(\] c"[^"]*")|_ZN\w+', renamed, llvm)
 

@@ -16,8 +16,7 @@ from harvester.engines.coexisting_responses import (
     may_have_several,
     steady_responses,
 )
-from harvester.engines.ensemble import Ensemble
-from harvester.engines.ideal import Ideal
+from harvester.engines.ideal import without_ngspice
 from harvester.engines.options import MonteCarloOptions
 from harvester.engines.spice.steady import Steady
 from harvester.engines.spice.steady_response import to_be_found
@@ -49,9 +48,10 @@ def with_others(
     ) or not may_have_several(problem):
         return answer
     problem = problem.plain
-    engine = Ensemble() if problem.netlist is None else Ideal()
-    if engine.refusal(problem) is not None:
+    kind = without_ngspice(problem)
+    if kind is None:
         return _with_remark(answer, note("others_not_sought"))
+    engine = kind()
     begin = time.perf_counter()
     candidates = steady_responses(
         problem, engine.model(problem), engine.seed, engine.NAME, engine.UNKNOWN

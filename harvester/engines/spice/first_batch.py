@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from harvester.engines.ensemble import Ensemble
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import Progress
 from harvester.engines.spice.means import FEWEST
@@ -83,7 +84,7 @@ def _check_patience(
     """Refuse runs that nobody asked for, and mostly for their burn-in, in a SimulationError."""
     most = PATIENCE if budget is None else STEPS_A_SECOND * max(budget, SHORTEST)
     if steps > most:
-        instead = "use engine 'ensemble', or " if problem.netlist is None else ""
+        instead = "" if Ensemble.refusal(problem) else "use engine 'ensemble', or "
         last = f"{setup.burn_in / problem.units.frequency:.3g}{' s' * problem.physical}"
         raise SimulationError(
             f"the ngspice runs would need {steps:.1e} steps, as transients last {last}: {instead}give fewer "

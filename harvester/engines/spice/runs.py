@@ -76,7 +76,7 @@ class Runs(RunMeans):
             self.run_batch(more)
         if len(self.done) == few + more < count:
             self.setup.diagnostics.append(
-                warning("runs_ended", ended=len(self.done), asked=count, paired=False)
+                warning("runs_ended", ended=len(self.done), requested=count, paired=False)
             )
         return None
 
@@ -121,7 +121,7 @@ class Runs(RunMeans):
         """Use the runs that have ended, or raise the error if they are fewer than two."""
         ended = len(self.done)
         alone = self.paired and 2 <= ended < fewest_pairs(LOOSE, self.blocks)
-        said = warning("runs_ended", ended=ended, asked=requested, paired=alone)
+        said = warning("runs_ended", ended=ended, requested=requested, paired=alone)
         if ended < 2:
             error.args = (f"{error}; {said}, and 2 are needed",)
             raise error

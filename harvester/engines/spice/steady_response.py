@@ -33,9 +33,8 @@ def is_the_only_one(options: MonteCarloOptions, problem: Problem) -> bool:
 
     if not may_come_back(problem) or (options.trajectories, options.duration) != (None, None):
         return False
-    circuit = problem.circuit
     linear = linear_growth(problem.equations) is not None
-    return linear and circuit is not None and feeds_nothing(circuit)
+    return linear and feeds_nothing(problem.load_circuit)
 
 
 def steady_response(

@@ -32,7 +32,7 @@ from harvester.mechanics.kernels.trajectory_batch import (
     advance,
     mid_drift,
 )
-from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion
+from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion, ModalMotionWithIdeal
 from harvester.mechanics.trace import follow, mechanics_of
 
 LOAD_TIMES = 5.0  # time constants of the load
@@ -48,8 +48,8 @@ class Loaded(Protocol):
 
     ``rows`` are those of states, ``sums`` those that a run adds up, ``martingales`` those of its
     controls.  A state beyond ``largest`` grows without bound.  ``is_dear``: a step costs as much as
-    many of one mode with a resistor.  The load forgets the start in ``memories`` of its time
-    constant, whose name is ``constant``.
+    many of one mode with a resistor.  ``balances``: `Moments.balance` has all powers.  The load
+    forgets the start in ``memories`` of its time constant, whose name is ``constant``.
     """
 
     rows: int
@@ -57,6 +57,7 @@ class Loaded(Protocol):
     martingales: int
     largest: float
     is_dear: bool
+    balances: bool
     memories: float
     constant: str
     coefficients: Any
@@ -64,6 +65,10 @@ class Loaded(Protocol):
     @property
     def memory(self) -> float:
         """The time constant of the load; 0 for an open circuit."""
+
+    @property
+    def has_controls(self) -> bool:
+        """Whether sums of mean zero are known."""
 
     @property
     def loss_unit(self) -> float:
@@ -136,9 +141,10 @@ class WithResistor:
     sums = len(SUMS)
     largest = math.inf
     is_dear = False
+    balances = True
     memories = LOAD_TIMES
     constant = "1/mu"
-    circuit: IdealCircuit | None = None
+    circuit: Any = None  # an ideal one
 
     def __init__(self, eqs: Equations) -> None:
         self.eqs = eqs
@@ -150,6 +156,11 @@ class WithResistor:
     def memory(self) -> float:
         """The time constant of the piezo with the resistor."""
         return 0.0 if self.eqs.mu is None else 1.0 / self.eqs.mu
+
+    @property
+    def has_controls(self) -> bool:
+        """Whether the noise is new from step to step."""
+        return self.eqs.has_new_noise
 
     @property
     def loss_unit(self) -> float:
@@ -237,6 +248,7 @@ class WithResistor:
 class WithStore(WithResistor):
     """A load with a capacitor for the rectified voltage, which is empty at first."""
 
+    balances = False
     memories = CHARGING_TIMES
     constant = "R C w0"
     store: IdealCircuit | OwnCircuit
@@ -358,12 +370,21 @@ class ModesWithResistor(WithResistor):
 
     largest = LARGEST
 
-    def __init__(self, eqs: Equations, circuit: IdealCircuit | None = None) -> None:
+    def __init__(self, eqs: Equations) -> None:
         super().__init__(eqs)
-        self.motion = ModalMotion(eqs, circuit)
+        self.motion = self._motion()
         self.rows = self.motion.rows
         self.sums = self.motion.sums
         self.martingales = self.motion.martingales
+
+    def _motion(self) -> ModalMotion:
+        """The kernels of the modes with this load."""
+        return ModalMotion(self.eqs)
+
+    @property
+    def has_controls(self) -> bool:
+        """Whether the noise is new from step to step, and white."""
+        return self.eqs.has_new_noise and self.eqs.coloured is None
 
     @property
     def loss_unit(self) -> float:
@@ -408,10 +429,14 @@ class ModesWithIdeal(WithStore, ModesWithResistor):
     load_rows = IDEAL_ROWS
 
     def __init__(self, eqs: Equations, circuit: IdealCircuit) -> None:
-        ModesWithResistor.__init__(self, eqs, circuit)
         self.circuit = circuit
         self.store = circuit
+        super().__init__(eqs)
         self.martingales = martingales(eqs.coloured is not None)
+
+    def _motion(self) -> ModalMotion:
+        """The kernels of the modes with the circuit."""
+        return ModalMotionWithIdeal(self.eqs, self.circuit)
 
     @property
     def loss_unit(self) -> float:
@@ -432,7 +457,7 @@ class ModesWithIdeal(WithStore, ModesWithResistor):
 
     def boundary(self, states: Floats) -> Floats:
         """Those of the modes and the storage capacitor."""
-        return self.motion.boundary(states, self.eqs, self.load_rows)
+        return self.motion.circuit_boundary(states, self.eqs, self.load_rows)
 
 
 class ModesWithCircuit(WithCircuit):
@@ -442,6 +467,11 @@ class ModesWithCircuit(WithCircuit):
         super().__init__(eqs, circuit)
         self.motion = ModalMotion(eqs)
         self.rows = circuit.rows + self.motion.rows - RESISTOR_ROWS
+
+    @property
+    def has_controls(self) -> bool:
+        """Whether the noise is new from step to step, and white."""
+        return self.eqs.has_new_noise and self.eqs.coloured is None
 
     @property
     def loss_unit(self) -> float:
@@ -455,7 +485,7 @@ class ModesWithCircuit(WithCircuit):
 
     def boundary(self, states: Floats) -> Floats:
         """Those of the modes and the storage capacitor."""
-        return self.motion.boundary(states, self.eqs, self.load_rows)
+        return self.motion.circuit_boundary(states, self.eqs, self.load_rows)
 
 
 def loaded(eqs: Equations, circuit: IdealCircuit | OwnCircuit | None) -> Loaded:

@@ -126,7 +126,7 @@ class Trajectories:
         self.steps = 0
         self.put_behind(circuit)
         self.hopping: Hopping | None = None  # if transitions are too rare to forget the start
-        self.controlled = controlled and not ngspice_rule and _has_controls(eqs)
+        self.controlled = controlled and not ngspice_rule and self.loaded.has_controls
         self._alike: Callable[..., Trajectories] = partial(
             Trajectories, circuit=circuit, ngspice_rule=ngspice_rule, controlled=self.controlled
         )
@@ -327,11 +327,6 @@ def each(block: Callable[[int], None], blocks: int, steps: int, given_up: thread
             given_up.set()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-
-
-def _has_controls(eqs: Equations) -> bool:
-    """Whether sums of mean zero are known: for new noise, but of several modes of white noise only."""
-    return eqs.has_new_noise and (eqs.modes is None or eqs.coloured is None)
 
 
 def _check_period(h: float, repeat: float) -> None:

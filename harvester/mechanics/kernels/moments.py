@@ -103,9 +103,8 @@ class Moments:
         N1 + N2 E[x^2] + 2 N12 E[x] + E[a x'] = E[f x'^2] + beta mu E[V^2] + the power lost in the
         stops
         """
-        mass = 1.0 if eqs.modes is None else eqs.modes.shaken_mass
         power_in = (
-            mass * (eqs.n1 or 0.0)
+            eqs.modal.shaken_mass * (eqs.n1 or 0.0)
             + (eqs.n2 or 0.0) * self.x2
             + 2.0 * (eqs.n12 or 0.0) * self.x
             + self.driven

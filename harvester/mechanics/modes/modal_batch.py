@@ -197,15 +197,15 @@ def mid_drift_of_modes(z, out, h, c, shaker, store=None, circuit=None):
 class ModalMotion:
     """The parts of several modes for `harvester.mechanics.ensemble.trajectories`: rows of states and sums, and kernels.
 
-    The load is a resistor, or an ideal ``circuit``, whose U and m are in the rows below x, x' and
-    V.
+    The load is a resistor.  Rows of further modes begin below those ``before``.
     """
 
-    def __init__(self, eqs: Equations, circuit: IdealCircuit | None = None) -> None:
+    circuit: IdealCircuit | None = None
+    sums = len(SUMS)
+    before = RESISTOR_ROWS
+
+    def __init__(self, eqs: Equations) -> None:
         assert eqs.modes is not None
-        self.circuit = circuit
-        self.sums = len(SUMS if circuit is None else IDEAL_SUMS)
-        self.before = RESISTOR_ROWS if circuit is None else RESISTOR_ROWS + 2
         self.coefficients = modal_coefficients(eqs, eqs.modes)
         self.count = eqs.modes.count
         self.rows = self.before - 2 + 2 * self.count
@@ -259,31 +259,27 @@ class ModalMotion:
         self, state: Floats, out: Floats, h: float, eqs: Equations, shaker: Filter | None
     ) -> None:
         """Go from the states of a block after a kick to x, x' and V half a step later."""
-        store = None if self.circuit is None else self._store(state).copy()
         mid_drift_of_modes(
             state[self.order()].reshape(-1),
             out,
             h,
             self.coefficients,
             shaker=shaker,
-            store=store,
+            store=self._store(state.copy()),
             circuit=self.circuit,
         )
 
     def _store(self, state: Floats) -> Any:
-        """The rows of an ideal circuit; None without one."""
-        return None if self.circuit is None else state[RESISTOR_ROWS : self.before]
+        """The rows of an ideal circuit in ``state``; None without one."""
+        return None
 
-    def boundary(self, states: Floats, eqs: Equations, circuit: int | None = None) -> Floats:
-        """The functions of states, shape (rows, count), whose changes are controls.
+    def boundary(self, states: Floats, eqs: Equations) -> Floats:
+        """The function z.P z of states, shape (rows, count), whose change is a control.
 
-        With a resistor z.P z, shape (1, count); with a circuit, whose states end
-        before the row ``circuit``, `boundary_functions`.
+        Its shape is (1, count).
         """
         from scipy.linalg import solve_continuous_lyapunov
 
-        if circuit is not None:
-            return self._circuit_boundary(states[self.order(circuit)], states[RESISTOR_ROWS], eqs)
         z = states[self.order()][: None if eqs.mu is not None else -1]
         weights = np.zeros(len(z))
         if eqs.mu is not None:
@@ -299,8 +295,10 @@ class ModalMotion:
         form = solve_continuous_lyapunov(matrix.T, -np.outer(weights, weights))
         return np.asarray(np.einsum("jn,jk,kn->n", z, form, z)[None])
 
-    def _circuit_boundary(self, z: Floats, U: Floats, eqs: Equations) -> Floats:
-        """The functions of modes z and the voltage U of a circuit's store, shape (9, count)."""
+    def circuit_boundary(self, states: Floats, eqs: Equations, first: int) -> Floats:
+        """`boundary_functions` of states with a circuit, which end before the row ``first``."""
+        z = states[self.order(first)]
+        U = states[RESISTOR_ROWS]
         modes = self.modes
         n = self.count
         V = z[-1]
@@ -310,3 +308,18 @@ class ModalMotion:
         energy = eqs.spring[0] * x * x + (v * v).sum(axis=0) + np.array(modes.stiffness) @ (y * y)
         W = 0.5 * np.abs(energy) + 0.5 * (eqs.beta or 0.0) * V * V
         return boundary_functions(np.array(modes.coupling) @ y, np.array(modes.base) @ v, V, U, W)
+
+
+class ModalMotionWithIdeal(ModalMotion):
+    """Several modes with an ideal circuit, whose U and m are in the rows below x, x' and V."""
+
+    sums = len(IDEAL_SUMS)
+    before = RESISTOR_ROWS + 2
+
+    def __init__(self, eqs: Equations, circuit: IdealCircuit) -> None:
+        super().__init__(eqs)
+        self.circuit = circuit
+
+    def _store(self, state: Floats) -> Any:
+        """The rows of the circuit in ``state``."""
+        return state[RESISTOR_ROWS : self.before]

@@ -17,9 +17,9 @@ def _best_load(power: float, ohm: float, low: float, high: float, near: float, a
     return f"the best mean power, {amount(power, 'W')}, at about {_ohm(ohm)} ({near_it}){end}"
 
 
-def _own_load(own: float, share: float, near: float, nearly: float, **best: float) -> str:
+def _own_load(resistance: float, share: float, near: float, nearly: float, **best: float) -> str:
     how = "near the best" if round(share, 2) >= nearly else "far from the best"
-    return f"{how}: your {_ohm(own)} gives {in_percent(share, '.0f')} of {_best_load(near=near, **best)}"  # type: ignore[arg-type]
+    return f"{how}: your {_ohm(resistance)} gives {in_percent(share, '.0f')} of {_best_load(near=near, **best)}"  # type: ignore[arg-type]
 
 
 def _told_apart(number: float, other: float) -> str:

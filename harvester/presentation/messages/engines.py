@@ -89,7 +89,7 @@ def _averaging_doubtful(error: float, why: str) -> str:
 
 
 def _rare_hops(
-    places: str,
+    wells: str,
     hops: int,
     time: float,
     formula_time: float | None,
@@ -105,7 +105,7 @@ def _rare_hops(
         else f" (Kramers' formula: about one in {formula_time:.1g}{second})"
     )
     return (
-        f"transitions between the wells at {places} are rare: {hops} in {time:.2g}{second} of all trajectories "
+        f"transitions between the wells at {wells} are rare: {hops} in {time:.2g}{second} of all trajectories "
         f"together{formula}, so a mean over the wells would need a burn-in of "
         f"{'at least' if at_least else 'about'} {burn_in:.1g}{second}, {steps:.1g} trajectory-steps; {BETWEEN_WELLS}"
     )

@@ -10,8 +10,8 @@ from harvester.uncertainty.value import duration, in_percent
 MUCH = 10.0  # times the load power, beyond which it is not a matter of settling
 
 
-def _runs_ended(ended: int, asked: int, paired: bool) -> str:
-    said = f"{ended} of {asked} ngspice runs had ended when the `budget` was spent"
+def _runs_ended(ended: int, requested: int, paired: bool) -> str:
+    said = f"{ended} of {requested} ngspice runs had ended when the `budget` was spent"
     alone = (
         ", too few to pair them with a cheap model: give a shorter `duration` or a larger `budget`"
     )

@@ -14,9 +14,9 @@ STAGES = {
 
 
 def _budget_spent(
-    budget: float, stage: str, evaluations: int, engine: str, usual: int, each: float | None
+    budget: float, stage: str, evaluations: int, engine: str, typical: int, each: float | None
 ) -> str:
-    takes = f"about {usual}" if evaluations < usual else "more here"
+    takes = f"about {typical}" if evaluations < typical else "more here"
     cost = ", which first compiles it" if each is None else f", each of {clock(each)}"
     return (
         f"the budget of {duration(budget)} ended in {STAGES[stage]}, after {evaluations} evaluations by {engine!r}: "
@@ -162,7 +162,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "by_blocks": _by_blocks,
     "few_impacts": "{hit} of {blocks} blocks have an impact: too few for the largest impact speed of a lifetime",
     # Fronts.
-    "two_aims": "{quantity} is to be {aim}, the power large",
+    "two_aims": "{quantity} is to be {sense}, the power large",
     "alike_designs": _alike_designs,
     "nothing_to_choose": "there is nothing to choose: the highest power also has the best {quantity}",
     "front_cut_short": "the budget of {budget!t} ended after {done} of {places} points",

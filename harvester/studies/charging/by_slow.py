@@ -42,9 +42,10 @@ def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Di
     """Why a charge cannot be computed from the rectifier's mean current, also of ``records``; None if it can."""
     from harvester.circuits.idealised import ideal_circuit
 
-    eqs, circuit = problem.equations, problem.circuit
-    if circuit is None or circuit.smoothing is None or probe.name != STORE:
+    eqs = problem.equations
+    if problem.load.store is None or probe.name != STORE:
         return refusal("slow_probe", probe=probe.name)
+    circuit = problem.load_circuit
     if not _serves_shaking(eqs, records):
         return refusal("slow_shaking")
     if eqs.record is not None and (
@@ -68,7 +69,7 @@ def _serves_shaking(eqs: Equations, records: bool) -> bool:
 
 def charges_slowly(problem: Problem) -> bool:
     """Whether its storage capacitor is so large that a direct run would take long."""
-    store = None if problem.circuit is None else problem.circuit.smoothing
+    store = problem.load.store
     return store is not None and store >= LARGE * problem.scales.capacitance
 
 

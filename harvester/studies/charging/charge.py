@@ -225,7 +225,7 @@ def _answer(
     entries = passages.independent(curves)
     stderr = None if runs == 1 else entries.std(axis=0, ddof=1) / math.sqrt(len(entries))
     low_curve, high_curve = np.quantile(curves, [LOW, HIGH], axis=0)
-    found = levels[-1]
+    last = levels[-1]
     return ChargingResult(
         engine=engine,
         probe=probe.name,
@@ -235,10 +235,10 @@ def _answer(
         runs=runs,
         reached=passages.reached,
         reached_between=passages.reached_between(),
-        time=found.time,
+        time=last.time,
         at_least=passages.at_least().scaled(clock),
-        low=found.low,
-        high=found.high,
+        low=last.low,
+        high=last.high,
         t=passages.at * clock,
         voltage=curves.mean(axis=0),
         stderr=stderr,

@@ -98,7 +98,7 @@ def response(
     scene: AnyScene,
     sweep: Sweep,
     seed: int = 0,
-    tick: Callback | None = None,
+    report: Callback | None = None,
     engine: Named | None = None,
 ) -> FrequencyResponse:
     """The response of a scene with a harmonic excitation at several frequencies.
@@ -113,7 +113,7 @@ def response(
         points and some between.
     seed : int, default 0
         the same seed, the same noise.
-    tick : callable, optional
+    report : callable, optional
         is called with the engine's name after each frequency.
     engine : Engine or str, optional
         an engine or its name, as of `responses`.
@@ -139,7 +139,9 @@ def response(
     >>> round(hv.response(scene, "0.8:1.2:5").peak("up").frequency, 3)  # between those of the text
     1.008
     """
-    return responses(scene, sweep, None, None if engine is None else [engine], seed, tick).curves[0]
+    return responses(scene, sweep, None, None if engine is None else [engine], seed, report).curves[
+        0
+    ]
 
 
 @names_arguments
@@ -149,7 +151,7 @@ def responses(
     vary: Mapping[str, Values] | Points | None = None,
     engines: Sequence[Named] | None = None,
     seed: int = 0,
-    tick: Callback | None = None,
+    report: Callback | None = None,
 ) -> FrequencyResponses:
     """The responses for all combinations of the values of scene keys, and by each of some engines.
 
@@ -167,7 +169,7 @@ def responses(
         a budget for each point.
     seed : int, default 0
         the same seed, the same noise.
-    tick : callable, optional
+    report : callable, optional
         is called with the engine's name after each frequency.
 
     Returns
@@ -191,7 +193,7 @@ def responses(
     >>> [curve.engine for curve in hv.responses(scene, [0.9, 1.0], {"nondimensional.mu": [0.5, 2.0]}).curves]
     ['exact', 'exact']
     """
-    return draw(scene, sweep, None, seed, tick, vary=vary, engines=engines)
+    return draw(scene, sweep, None, seed, report, vary=vary, engines=engines)
 
 
 def _nothing(_: str) -> None:

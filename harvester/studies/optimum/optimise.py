@@ -222,7 +222,7 @@ def _write_front(
     texts = [constraints] if isinstance(constraints, str) else [*constraints]
     options = {
         "over": {r.key: [r.low, r.high] for r in ranges},
-        "pareto": f"{answer.quantity}:{answer.aim}",
+        "pareto": f"{answer.quantity}:{answer.sense}",
     }
     about = provenance(problem, **options, limits=texts, engine=answer.engine)
     folder.save("pareto", answer.table.csv(), answer.plot(problem.scene.name), about)

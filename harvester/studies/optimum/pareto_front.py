@@ -68,11 +68,11 @@ class ParetoFront(TableResult):
     """
 
     FILE: ClassVar[str] = "pareto"  # the name of its files
-    DERIVED = ("aim", "designs")
+    DERIVED = ("sense", "designs")
     INTERNAL = frozenset({"points", "alike", "sign"})
-    NOT_SHOWN = frozenset({"quantity", "aim"})
-    NOT_IN_JSON = frozenset({"designs"})
-    SHORT = ("engine", "quantity", "aim", "points")
+    NOT_SHOWN = frozenset({"quantity", "sense"})
+    NOT_IN_JSON = frozenset({"sense", "designs"})
+    SHORT = ("engine", "quantity", "sense", "points")
 
     engine: str
     quantity: str
@@ -84,7 +84,7 @@ class ParetoFront(TableResult):
     alike: tuple[FrontPoint, ...] = ()
 
     @property
-    def aim(self) -> str:
+    def sense(self) -> str:
         """Whether the quantity is to be "high" or "low"."""
         return "high" if self.sign > 0 else "low"
 
@@ -96,9 +96,11 @@ class ParetoFront(TableResult):
     def as_json(self) -> dict[str, Any]:
         """The object that ``--json`` prints: its fields, with the designs of the Pareto front and those like them."""
         designs = {"front": self.points, "not_told_from_front": self.alike}
-        return super().as_json() | {
-            name: [self._design(point) for point in points] for name, points in designs.items()
-        }
+        return (
+            super().as_json()
+            | {"aim": self.sense}
+            | {name: [self._design(point) for point in points] for name, points in designs.items()}
+        )
 
     def _design(self, point: FrontPoint) -> dict[str, Any]:
         power = {"mean_power": point.mean_power.value, "error95": point.mean_power.error95}
@@ -151,7 +153,7 @@ def remarks(
     quantity: str, sign: int, points: Sequence[FrontPoint], alike: Sequence[FrontPoint]
 ) -> list[Diagnostic]:
     """The remarks on a front: its objectives, the unknown part of its errors, how many designs are alike."""
-    diagnostics = [note("two_aims", quantity=quantity, aim="high" if sign > 0 else "low")]
+    diagnostics = [note("two_aims", quantity=quantity, sense="high" if sign > 0 else "low")]
     unknown = dict.fromkeys(
         point.mean_power.unknown for point in points if point.mean_power.unknown
     )

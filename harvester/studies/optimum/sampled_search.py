@@ -20,8 +20,8 @@ import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.arrays import Floats
-from harvester.engines import ENGINES
 from harvester.engines.cheapest import formula
+from harvester.engines.ideal import without_ngspice
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.presentation.diagnostic import Diagnostic, note, warning
@@ -177,10 +177,8 @@ class SampledSearch:
         """
         problem = Problem.of(self.surface.scene)
         if self.engine.runs_ngspice and self._cheaper is None and not problem.equations.is_steady:
-            of_netlists = problem.netlist is not None
-            compiled = (kind for kind in ENGINES.values() if kind.samples and not kind.runs_ngspice)
-            kind: Any = next(kind for kind in compiled if kind.needs_netlist == of_netlists)
-            if not kind.refusal(problem):
+            kind: Any = without_ngspice(problem)
+            if kind is not None:
                 names = {f.name for f in dataclasses.fields(kind)}
                 cheap = kind(**{k: v for k, v in vars(self.engine).items() if k in names})
                 self._cheaper = SampledSearch(self.surface, cheap, max(self.within, 0.01))
@@ -338,7 +336,7 @@ class SampledSearch:
             stage="refinement" if boxed else early,
             evaluations=len(answers),
             engine=self.engine.NAME,
-            usual=needed,
+            typical=needed,
             each=float(np.mean(seconds)) if seconds else None,
         )
 

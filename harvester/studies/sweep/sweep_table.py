@@ -90,7 +90,7 @@ class SweepTable(TableResult):
         return list(dict.fromkeys(row.engine for row in self.rows))
 
     @property
-    def along(self) -> Axis:
+    def curve_axis(self) -> Axis:
         """The axis that curves are drawn along: that with the most values, the first of equals; in a list the first."""
         return self.axes[0] if self.listed else max(self.axes, key=lambda axis: len(axis.values))
 

@@ -65,7 +65,7 @@ class Samples:
 def cheapest(problem: Problem) -> type[Any]:
     """The kind of engine that supports a scene and costs least, whose own error can be measured or is absent."""
     for kind in (ENGINES[name] for name in CHEAPEST_FIRST):
-        if kind.refusal(problem) or (kind.needs_netlist and problem.netlist is None):
+        if kind.refusal(problem):
             continue
         try:
             if kind.is_formula:

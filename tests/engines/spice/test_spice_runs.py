@@ -126,7 +126,7 @@ def test_runs_that_ended_in_the_budget_are_used(monkeypatch):
     runs = made_up()
     runs.run_batch(16)
     assert len(runs.done) == 11
-    assert runs.setup.diagnostics == [warning("runs_ended", ended=11, asked=24, paired=False)]
+    assert runs.setup.diagnostics == [warning("runs_ended", ended=11, requested=24, paired=False)]
 
 
 def test_of_a_budget_that_ends_early_some_goes_to_the_error_of_the_step(monkeypatch):
@@ -150,7 +150,7 @@ def test_of_a_budget_that_ends_early_some_goes_to_the_error_of_the_step(monkeypa
     fine = runs.setup.device
     assert calls == [(fine, 4), ("coarse", 4), (fine, 5), ("coarse", 5)]
     assert (len(runs.done), runs.followed) == (9, 9)
-    assert runs.setup.diagnostics == [warning("runs_ended", ended=9, asked=16, paired=False)]
+    assert runs.setup.diagnostics == [warning("runs_ended", ended=9, requested=16, paired=False)]
 
 
 def test_too_few_runs_to_pair_are_used_alone(monkeypatch):
@@ -158,7 +158,7 @@ def test_too_few_runs_to_pair_are_used_alone(monkeypatch):
     runs = made_up()
     runs.done = []
     runs.run_batch(16)
-    assert runs.setup.diagnostics == [warning("runs_ended", ended=7, asked=16, paired=True)]
+    assert runs.setup.diagnostics == [warning("runs_ended", ended=7, requested=16, paired=True)]
     assert runs.power().value.dof == 6.0
 
 

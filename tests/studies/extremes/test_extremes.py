@@ -8,8 +8,8 @@ import pytest
 import harvester as hv
 from harvester.linear.level_crossings import peaks
 from harvester.studies.extremes.counted import count
-from harvester.studies.extremes.extreme_value_fit import fit, rare
 from harvester.studies.extremes.extremes import extremes_both_ways
+from harvester.studies.extremes.levels import fit, rare
 from tests.support import systems
 from tests.support.paths import ROOT
 

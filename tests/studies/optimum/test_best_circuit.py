@@ -207,7 +207,7 @@ def test_no_best_circuit_where_a_scan_was_cut_short():
         stage="first scan",
         evaluations=3,
         engine="exact",
-        usual=44,
+        typical=44,
         each=None,
     )
     cut = {"scanned": False, "diagnostics": (spent,)}
