@@ -33,7 +33,7 @@ BOUNDS = [
     ("calls with seven positional arguments", 7, 7),
     ("questions of which load or how many modes", 92, 60),
     ("one-importer modules", 85, 25),
-    ("lines above 100 columns", 2589, 0),
+    ("lines above 100 columns", 2602, 0),
     ("thousands of tokens", 622, 445),
 ]
 
