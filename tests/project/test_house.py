@@ -34,7 +34,7 @@ BOUNDS = [
     ("questions of which load or how many modes", 140, 60),
     ("one-importer modules", 90, 25),
     ("lines above 100 columns", 2618, 0),
-    ("thousands of tokens", 620, 445),
+    ("thousands of tokens", 621, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
