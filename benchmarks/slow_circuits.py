@@ -30,7 +30,7 @@ Bint 0 eint I=1e-3*(v({load_plus})-v({load_minus}))^2/{ohm!r}
 Cint eint 0 1e-3
 Rint eint 0 1e15
 {text}
-.options method=gear maxord=2 reltol={reltol} interp
+.options method=gear maxord=2 reltol={reltol} interp {more}
 .control
 set width=250
 set nobreak
@@ -42,13 +42,14 @@ print col time v({plus})-v({minus}) v(eint)
 """
 
 
-def ngspice_alone(problem, seconds, step, reltol):
-    """Times (s), the store's voltage, and the energy that the load has taken (J)."""
+def ngspice_alone(problem, seconds, step, reltol, more=""):
+    """Times (s), the store's voltage, and the energy that the load has taken (J), with ``more`` options."""
     device = problem.scene.modal
     shaking = problem.scene.excitation
     load = problem.circuit
     plus, minus = load.smoothing_nodes
-    load_plus, load_minus = by_name(load.parts)["rload"].nodes
+    resistor = by_name(load.parts)["rload"]
+    load_plus, load_minus = resistor.nodes
     deck = DECK.format(
         force=device.mass * shaking.acceleration_amplitude,
         f=shaking.frequency,
@@ -62,10 +63,11 @@ def ngspice_alone(problem, seconds, step, reltol):
         plus=plus,
         load_plus=load_plus,
         load_minus=load_minus,
-        ohm=load.values["R"],
+        ohm=resistor.effective_value,
         minus=minus,
         end=seconds,
         step=step,
+        more=more,
     )
     done = subprocess.run(
         ["ngspice", "-b", "/dev/stdin"], input=deck, capture_output=True, text=True, check=False

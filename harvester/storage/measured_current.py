@@ -33,6 +33,7 @@ from harvester.storage.held_stores import (
 )
 from harvester.storage.rectified_current import RectifiedCurrent
 from harvester.storage.rectifier_cut import (
+    NO_LOAD,
     cut_behind_rectifier,
     held_rectifier,
     is_plain_store,
@@ -102,16 +103,17 @@ class Rectifier:
             return None
         return bridge._replace(mu=leak / (self.scales.capacitance * self.scales.frequency))
 
-    def compiled(self, farads: float) -> CompiledCircuit:
-        """That of the netlist's own elements; raises as `CompiledCircuit`."""
-        return CompiledCircuit(self.load, self.scales, with_store(self.parts, farads))
+    def compiled(self, farads: float, ohm: float = NO_LOAD) -> CompiledCircuit:
+        """That of the netlist's own elements, with a load of ``ohm``; raises as `CompiledCircuit`."""
+        return CompiledCircuit(self.load, self.scales, with_store(self.parts, farads, ohm))
 
-    def fast(self, farads: float) -> Elements:
+    def fast(self, farads: float, ohm: float = NO_LOAD) -> Elements:
         """The cheaper one."""
         if self.ideal is None:
-            return self.compiled(farads)
+            return self.compiled(farads, ohm)
         kappa = farads / self.scales.capacitance
-        return self.ideal._replace(kappa=kappa, mu=max(self.ideal.mu, LEAST_LEAK))
+        mu = self.ideal.mu + 1.0 / (ohm * self.scales.capacitance * self.scales.frequency)
+        return self.ideal._replace(kappa=kappa, mu=max(mu, LEAST_LEAK))
 
 
 def open_voltage(problem: Problem, h: float, seed: int = 0) -> float:

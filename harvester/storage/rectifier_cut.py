@@ -95,9 +95,11 @@ def _far_nodes(diodes: Sequence[CircuitPart], end: int) -> set[str]:
     return {diode.nodes[end] for diode in diodes if diode.nodes[1 - end] in ELECTRODES}
 
 
-def with_store(parts: Sequence[CircuitPart], farads: float) -> list[CircuitPart]:
-    """The elements with another storage capacitor, and no load."""
-    new = {STORE: farads, LOAD: NO_LOAD}
+def with_store(
+    parts: Sequence[CircuitPart], farads: float, ohm: float = NO_LOAD
+) -> list[CircuitPart]:
+    """The elements with another storage capacitor, and another load or none."""
+    new = {STORE: farads, LOAD: ohm}
     return [
         _element(part.name, part.nodes, new[part.name]) if part.name in new else part
         for part in parts

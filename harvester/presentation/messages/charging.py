@@ -22,6 +22,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "slow_probe": "engine 'slow' charges a capacitor Csmooth and supports only `probe` store, but it is {probe}: use engine 'spice'",
     "slow_shaking": "engine 'slow' supports charging under a harmonic excitation alone, and without a chip also under noise alone: use engine 'spice'",
     "slow_charge": "the capacitor was charged by the rectifier's mean current; mass and circuit together need {change!t} longer in their first {direct!t}, which is added; the change still under way is in the error",
+    "slow_charge_under_noise": "the capacitor was charged by the rectifier's mean current; mass and circuit together need {change!t} longer, by direct runs that charge for {direct!t}, which is added",
     "slow_charge_of_chip": "the circuit behind the rectifier was computed alone; in their first {direct!t} mass and circuit together need {change!t} longer to the same storage voltage, which is added and, for all of the time, in the error",
     "charge_not_slow": "charging lasts {seconds!t}, and transients of the mass {transients!t}: the time scales are not separate, and only runs of both together are accurate",
     "many_ngspice_runs": "{why}; {runs} runs, which may need minutes",

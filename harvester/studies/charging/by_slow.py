@@ -2,6 +2,7 @@
 
 import math
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,12 +27,9 @@ from harvester.storage.rectifier_cut import STORE as CSMOOTH
 from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
 from harvester.studies.charging.afterwards import afterwards
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
-from harvester.studies.charging.side_by_side import charge_side_by_side
 from harvester.uncertainty.value import half95
 
-RUNS = 512  # direct ones under noise
 SLOW_FROM = 30.0  # time constants of the mass: a charge that takes less is not slow
-DIRECT = 25.0  # time constants of the mass of the direct run, at most
 AT_REST = 200  # steps of a mass at rest, in which the board's own draw is measured
 MOST_BESIDE = 0.1  # charge of other capacitors per charge stored, unknown under noise
 # times the piezo's capacitance: a storage capacitor that is charged slowly without being asked for
@@ -212,7 +210,7 @@ def _steady(runs: ChargeRuns, deadline: float | None) -> dict[str, Any]:
             note("slow_charge", direct=check.seconds, change=check.late),
             *_not_apart(float(times[-1]), unit),
         ),
-        "model": _finite(at(table.halved()) - times) + check.error + judge * _finite(times),
+        "model": _finite(at(table.halved()), times) + check.error + judge * _finite(times),
         "unknown": unknown,
     }
 
@@ -221,6 +219,7 @@ def _random(runs: ChargeRuns, deadline: float | None) -> dict[str, Any]:
     """Many runs under noise."""
     from harvester.circuits.idealised import ideal_circuit
     from harvester.cosimulation.charging import first_passages
+    from harvester.storage.charge_delay import charge_delay
     from harvester.storage.rectified_current import LONGER, error_of_times, random_paths
     from harvester.storage.slow_circuit import noise_check
 
@@ -230,10 +229,12 @@ def _random(runs: ChargeRuns, deadline: float | None) -> dict[str, Any]:
     top = float(levels[-1])
     farads = circuit.smoothing
     ohm = compiled_circuit(circuit, scales).resistance
-    is_ideal = ideal_circuit(circuit, scales) is not None
-    beside = 0.0 if is_ideal else _charge_of_others(problem, farads, top)
+    is_packaged = ideal_circuit(circuit, scales) is not None
+    beside = 0.0 if is_packaged else _charge_of_others(problem, farads, top)
     table, _, steps, _ = measured(problem, top, runs.h, runs.seed)
+    table = replace(table, ring_up=0.0)  # a part of the delay
     mean = times_to(levels, table, farads, ohm)
+    delay = charge_delay(problem, table, top, (farads, ohm), runs.seed, runs.h)
     end = min(runs.duration, LONGER * float(mean[-1]))
     paths_by_step = [
         random_paths(
@@ -245,43 +246,29 @@ def _random(runs: ChargeRuns, deadline: float | None) -> dict[str, Any]:
         np.array([first_passages(t, v, levels) for v in paths]) for t, paths in paths_by_step
     )
     at = np.linspace(0.0, end, SAMPLES)
-    unit = time_constant(problem.equations) / scales.frequency
-    remarks = _not_apart(float(mean[-1]), unit)
-    both = None
-    if is_ideal and not remarks:
-        level = int(np.searchsorted(mean, min(DIRECT * unit, float(mean[-1]))))
-        watched = LONGER * float(mean[level])
-        direct = charge_side_by_side(
-            ChargeRuns(problem, levels[: level + 1], watched, RUNS, runs.seed, runs.h)
-        )
-        both = direct.time_to(level)
-        slow = times[:, level]
-    free = None if both else circuit.smoothing
-    elements, separation, more = noise_check(
-        problem, table, reached(table, top, farads, ohm), free, runs.seed
+    elements, _, more = noise_check(
+        problem, table, reached(table, top, farads, ohm), None, runs.seed
     )
     judge, unknown = error_of_circuit(problem, top, runs.seed, deadline=deadline)
     sampling = error_of_times(levels, table, farads, ohm)
     if not np.isfinite(sampling).all():
         unknown = " and ".join(filter(None, (unknown, MEASURED_CURRENT)))
-    model = half95(_finite(sampling))
-    model += _finite(times_to(levels, table.halved(), farads, ohm) - mean) + (
-        judge + elements + separation + beside
-    ) * _finite(mean)
-    if both is not None:
-        late = both.value - float(slow.mean())
-        times = times + late
-        coarse = coarse + late
-        model = model + both.known_error95
-        remarks.append(note("slow_charge", direct=both.value, change=late))
+    model = half95(_finite(sampling)) + delay.late.sampling95
+    model += _finite(times_to(levels, table.halved(), farads, ohm), mean)
+    model += (judge + elements + beside) * _finite(mean)
+    late = delay.late.value
+    t, paths = paths_by_step[0]
     return {
-        "times": times,
-        "coarse": coarse,
+        "times": times + late,
+        "coarse": coarse + late,
         "at": at,
-        "curves": np.array([np.interp(at, paths_by_step[0][0], v) for v in paths_by_step[0][1]]),
-        "steps": steps + more,
+        "curves": np.array([np.interp(at, t + late, v, left=0.0) for v in paths]),
+        "steps": steps + delay.steps + more,
         "counted": 1.0 / (math.sqrt(2.0) - 1.0),
-        "notes": tuple(remarks),
+        "notes": (
+            note("slow_charge_under_noise", direct=delay.seconds, change=late),
+            *_not_apart(float(mean[-1]), time_constant(problem.equations) / scales.frequency),
+        ),
         "model": model,
         "unknown": unknown,
     }
@@ -328,15 +315,16 @@ def _behind_a_rectifier(runs: ChargeRuns, deadline: float | None) -> dict[str, A
         "curves": np.interp(at, paths[0].t + check.late, paths[0].store, left=0.0)[None],
         "steps": steps + check.steps + sum(path.steps for path in paths),
         "notes": (alone, *_not_apart(float(times[-1]), unit)),
-        "model": _finite(other - times) + (judge + separation / check.seconds) * _finite(times),
+        "model": _finite(other, times) + (judge + separation / check.seconds) * _finite(times),
         "unknown": unknown,
         "after": ([parts_after[0]], [parts_after[1]]) if runs.whole else None,
     }
 
 
-def _finite(changes: Floats) -> Floats:
-    """Sizes of changes, 0 if a level is not reached."""
-    return np.nan_to_num(np.abs(changes), nan=0.0, posinf=0.0)
+def _finite(times: Floats, others: Floats | float = 0.0) -> Floats:
+    """Sizes of differences of times, 0 if a level is not reached."""
+    with np.errstate(invalid="ignore"):
+        return np.nan_to_num(np.abs(times - others), nan=0.0, posinf=0.0)
 
 
 def _not_apart(seconds: float, unit: float) -> list[Diagnostic]:
