@@ -6,23 +6,24 @@ from harvester.errors import InputError
 from harvester.netlists.part import ROOM, CircuitPart, ModelCard, unserved
 
 # Keys that do nothing at 27 degrees: temperature coefficients, and noise.
-_NO_EFFECT_WORDS = """
-    tnom tref level eg xti xtb kf af subs trs trs1 trs2 ttt1 ttt2 tm1 tm2 tlev tlevc cta ctc ctp
-    tpb tvj tphp tcv xtitun keg ntun cte cts tvje tvjc tvjs tbf1 tbf2 tbr1 tbr2 tikf1 tikf2
-    tikr1 tikr2 tirb1 tirb2 tnc1 tnc2 tne1 tne2 tnf1 tnf2 tnr1 tnr2 trb1 trb2 trc1 trc2 tre1
-    tre2 trm1 trm2 tvaf1 tvaf2 tvar1 tvar2 titf1 titf2 ttf1 ttf2 ttr1 ttr2 tmje1 tmje2 tmjc1
-    tmjc2 tmjs1 tmjs2 tns1 tns2 tis1 tis2 tise1 tise2 tisc1 tisc2 tiss1 tiss2 vtotc bex betatce
-    nlev gdsnoi
-"""
-_NO_EFFECT = frozenset(_NO_EFFECT_WORDS.split())
-_POSITIVE_WORDS = """
-    n nf nr ne nc bf br phi vj pb vje pe vjc pc nbv bv
-"""
-_POSITIVE = frozenset(_POSITIVE_WORDS.split())
-_NOT_NEGATIVE_WORDS = """
-    rs rd rb rc re cjo cje cjc cbd cbs cgs cgd tt tf tr
-"""
-_NOT_NEGATIVE = frozenset(_NOT_NEGATIVE_WORDS.split())
+_NO_EFFECT = frozenset([
+    "tnom", "tref", "level", "eg", "xti", "xtb", "kf", "af", "subs", "trs", "trs1", "trs2",
+    "ttt1", "ttt2", "tm1", "tm2", "tlev", "tlevc", "cta", "ctc", "ctp", "tpb", "tvj", "tphp",
+    "tcv", "xtitun", "keg", "ntun", "cte", "cts", "tvje", "tvjc", "tvjs", "tbf1", "tbf2", "tbr1",
+    "tbr2", "tikf1", "tikf2", "tikr1", "tikr2", "tirb1", "tirb2", "tnc1", "tnc2", "tne1", "tne2",
+    "tnf1", "tnf2", "tnr1", "tnr2", "trb1", "trb2", "trc1", "trc2", "tre1", "tre2", "trm1",
+    "trm2", "tvaf1", "tvaf2", "tvar1", "tvar2", "titf1", "titf2", "ttf1", "ttf2", "ttr1", "ttr2",
+    "tmje1", "tmje2", "tmjc1", "tmjc2", "tmjs1", "tmjs2", "tns1", "tns2", "tis1", "tis2", "tise1",
+    "tise2", "tisc1", "tisc2", "tiss1", "tiss2", "vtotc", "bex", "betatce", "nlev", "gdsnoi",
+])  # fmt: skip
+_POSITIVE = frozenset([
+    "n", "nf", "nr", "ne", "nc", "bf", "br", "phi", "vj", "pb", "vje", "pe", "vjc", "pc", "nbv",
+    "bv",
+])  # fmt: skip
+_NOT_NEGATIVE = frozenset([
+    "rs", "rd", "rb", "rc", "re", "cjo", "cje", "cjc", "cbd", "cbs", "cgs", "cgd", "tt", "tf",
+    "tr",
+])  # fmt: skip
 
 
 def model_of(part: CircuitPart, kinds: tuple[str, ...], known: Set[str]) -> ModelCard:

@@ -11,16 +11,12 @@ from harvester.netlists.words import Words
 # cards that a load circuit may have
 DEFINITIONS = (".subckt", ".ends", ".model", ".param", ".func", ".include")
 PARAMETERS = (".param", ".params", ".parameter")
-_BENCH_WORDS = """
-    .tran .options .option .opt .temp .print .plot .meas .measure .save .ic .nodeset .title
-    .backanno .wave .four .end
-"""
-BENCH = tuple(_BENCH_WORDS.split())
-_LEFT_OUT_WORDS = """
-    .tran .ac .dc .op .noise .four .tf .sens .pz .disto .fft .print .plot .meas .measure .save
-    .probe .nodeset .backanno .wave .net .title .end .width .loadbias .savebias
-"""
-LEFT_OUT = tuple(_LEFT_OUT_WORDS.split())
+BENCH = (".tran", ".options", ".option", ".opt", ".temp", ".print", ".plot", ".meas", ".measure", ".save", ".ic",
+         ".nodeset", ".title", ".backanno", ".wave", ".four", ".end")  # fmt: skip
+LEFT_OUT = (".tran", ".ac", ".dc", ".op", ".noise", ".four", ".tf", ".sens", ".pz", ".disto",
+            ".fft", ".print", ".plot", ".meas", ".measure", ".save", ".probe", ".nodeset",
+            ".backanno", ".wave", ".net", ".title", ".end", ".width",
+            ".loadbias", ".savebias")  # fmt: skip
 # cards of other simulators, each with its remedy
 REFUSED = {
     ".if": "keep the lines of the branch that is meant",
@@ -34,13 +30,14 @@ REFUSED = {
 BOARD = (*BENCH, ".probe", ".op", ".ac", ".dc", ".global")
 # Options that act on how ngspice computes or what it prints: this program sets those that matter
 # itself.
-_NUMERICAL_WORDS = """
-    reltol abstol vntol chgtol trtol pivtol pivrel itl1 itl2 itl3 itl4 itl5 itl6 method maxord
-    xmu interp savecurrents noacct acct list node nopage noinit nomod opts numdgt cptime limpts
-    lvltim post probe filetype plotwinsize warn noopiter steps srcsteps keepopinfo seedinfo
-    autostop minbreak maxwarns klu sparse rawfile acout rawfmt measdgt
-"""
-_NUMERICAL = frozenset(_NUMERICAL_WORDS.split())
+_NUMERICAL = frozenset([
+    "reltol", "abstol", "vntol", "chgtol", "trtol", "pivtol", "pivrel", "itl1", "itl2", "itl3",
+    "itl4", "itl5", "itl6", "method", "maxord", "xmu", "interp", "savecurrents", "noacct", "acct",
+    "list", "node", "nopage", "noinit", "nomod", "opts", "numdgt", "cptime", "limpts", "lvltim",
+    "post", "probe", "filetype", "plotwinsize", "warn", "noopiter", "steps", "srcsteps",
+    "keepopinfo", "seedinfo", "autostop", "minbreak", "maxwarns", "klu", "sparse", "rawfile",
+    "acout", "rawfmt", "measdgt",
+])  # fmt: skip
 TEMPERATURES = ("temp", "tnom")
 _VOLTAGE = re.compile(r"v\(\s*([^\s(),]+)\s*\)\s*=\s*(\{[^}]*\}|'[^']*'|[^\s,]+)")
 

@@ -53,11 +53,8 @@ class Language(NamedTuple):
     constants: Mapping[str, float]
 
 
-_UNARY_WORDS = """
-    abs exp ln log10 sqrt sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh floor ceil
-    nint sgn
-"""
-_UNARY = tuple(_UNARY_WORDS.split())
+_UNARY = ("abs", "exp", "ln", "log10", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh",
+        "asinh", "acosh", "atanh", "floor", "ceil", "nint", "sgn")  # fmt: skip
 _BOTH = {name: (1, name) for name in _UNARY} | {
     "log": (1, "ln"),
     "min": (2, "min"),

@@ -16,11 +16,38 @@ from harvester.errors import CannotServeError, SimulationError
 # names of its own: old C libraries have symbols such as `advance` and `step`
 ENTRY = "harvester_part"
 # Functions of the C library
-_LIBRARY_WORDS = """
-    acos acosh asin asinh atan atan2 atanh ceil cos cosh erf erfc exp expm1 floor fmax fmin fmod
-    hypot log log10 log1p memcpy memset pow sin sinh sqrt tan tanh
-"""
-LIBRARY = set(_LIBRARY_WORDS.split())
+LIBRARY = {
+    "acos",
+    "acosh",
+    "asin",
+    "asinh",
+    "atan",
+    "atan2",
+    "atanh",
+    "ceil",
+    "cos",
+    "cosh",
+    "erf",
+    "erfc",
+    "exp",
+    "expm1",
+    "floor",
+    "fmax",
+    "fmin",
+    "fmod",
+    "hypot",
+    "log",
+    "log10",
+    "log1p",
+    "memcpy",
+    "memset",
+    "pow",
+    "sin",
+    "sinh",
+    "sqrt",
+    "tan",
+    "tanh",
+}
 # Arrays here are plain memory: the count of references never ends, and nothing is left to free.
 COUNTED_DOWN = re.compile(
     r"(?:tail |notail )?call i8 @llvm\.x86\.atomic\.sub\.cc\.i64\([^)]*\)[^\n]*"
