@@ -177,7 +177,7 @@ def _rows(name: str, content: Any, units: AnswerUnits, unit: str) -> Iterator[tu
 
 
 def _with_error(content: WholeError, about: Term) -> str:
-    """The error of a number in per cent: of the number, or of the whole if the number itself is a fraction."""
+    """The error in per cent, relative to the number; a fraction is itself in per cent, and so is its error."""
     if about.kind == "share":
         return f" +- {two_digits(100.0 * content.error95)} % (95 %)"
     return f" +- {percent(content.error95, content.value)} (95 %)" if content.value else ""
