@@ -20,7 +20,7 @@ PLATE = hv.Scene(
 )
 BRIDGE = hv.Load(netlist="bridge", parameters={"R": "1.5 Mohm", "C": "1 uF"})
 SHUNT = hv.Load(netlist="resistor", parameters={"R": "500 kohm"})
-STOP = hv.Stop(gap="3 mm", restitution=0.7)
+STOP = hv.Stop(gap="0.5 mm", restitution=0.7)
 CASES = {
     "resistor as a netlist": (hv.Compiled, PLATE.with_load(SHUNT)),
     "bridge with 1 uF": (hv.Compiled, PLATE.with_load(BRIDGE)),
