@@ -9,7 +9,7 @@ A held storage capacitor on the same noise, with a mass that is burnt in, is the
 voltage follows the charge at twice the speed, and back, so that its lag cancels.  The difference
 between its charge and the table's has the table's error, which cancels to first order.
 
-Three model errors are stated.  A charge of a smaller capacitor in T has a relative error of tau/T, of
+Three model errors are stated.  A smaller capacitor, charged in T, has a relative error of tau/T of
 second order, with tau the time constant of the mass.  Beyond the highest voltage V that is
 compared, up to V', the lag changes the time by up to tau log(net(V)/net(V')).  A charge that has
 not arrived is extrapolated, and counts with the time by which it is.
@@ -154,7 +154,7 @@ def _of_paths(
 
 
 def _extrapolated(passages: Floats, shares: Floats, end: float) -> tuple[Floats, float]:
-    """Infinite ``passages`` on a straight line from rest to ``shares`` of the voltage at the ``end`` (s).
+    """Infinite ``passages`` on a line from rest to ``shares`` of the voltage at the ``end`` (s).
 
     They are at `LONGER` times the end at most.  The second answer is the mean time (s) that this
     adds behind the end.
