@@ -8,6 +8,11 @@ scales, so that a smaller storage capacitor shows it soon.
 A held storage capacitor on the same noise, with a mass that is burnt in, is the control variate: its
 voltage follows the charge at twice the speed, and back, so that its lag cancels.  The difference
 between its charge and the table's has the table's error, which cancels to first order.
+
+Three model errors are stated.  A smaller capacitor, charged in T, has a relative error of tau/T of
+second order, with tau the time constant of the mass.  Beyond the highest voltage V that is
+compared, up to V', the lag changes the time by up to tau log(net(V)/net(V')).  A charge that has
+not arrived is extrapolated, and counts with the time by which it is.
 """
 
 import math
@@ -35,7 +40,10 @@ PATHS = 2048  # random ones
 
 
 class ChargeDelay(NamedTuple):
-    """The delay (s) of a charge, in the ``seconds`` of a direct run, with the steps of all runs."""
+    """The delay (s) of a charge, in the ``seconds`` of a direct run, with the steps of all runs.
+
+    ``late`` has the sampling error and a model error.
+    """
 
     late: Value
     seconds: float
@@ -52,6 +60,8 @@ def charge_delay(
 ) -> ChargeDelay:
     """The delay of first passages of ``top`` (V) from rest behind those by a ``table``, on average.
 
+    It is 0, without a direct run, if the mean current does not charge a storage capacitor at all.
+
         late = E[T + sum (Q_k - I(v_k) t_k)/(I(v_k) - v_k/R)] - E[S]
 
     T is when the storage capacitor of a direct run reaches V, S when a random course that begins at
@@ -66,7 +76,9 @@ def charge_delay(
     table = replace(table, ring_up=0.0)
     volts, times = reached(table, top, farads, ohm)
     net = table.at(volts) - volts / ohm
-    last = int(np.flatnonzero(net > FAINT * net.max())[-1])
+    last = int(np.flatnonzero(net > FAINT * net.max(initial=0.0)).max(initial=0))
+    if not times[: last + 1].any():
+        return ChargeDelay(Value(0.0, 0.0, model=0.0), 0.0, 0)
     unit = time_constant(eqs) / scales.frequency
     factor = min(1.0, DIRECT * unit / float(times[last]))
     expected = factor * float(times[last])
@@ -77,7 +89,8 @@ def charge_delay(
 
     free = rectifier.fast(factor * farads, ohm)
     direct = Trajectories(eqs, count, root, step, circuit=free)
-    took = _passages(StoresOfMany(direct, free, factor * farads, scales), highest, (expected, unit))
+    stores = StoresOfMany(direct, free, factor * farads, scales)
+    took, extrapolated = _passages(stores, highest, (expected, unit))
     circuit = rectifier.fast(rectifier.held)
     burnt = Trajectories(eqs, count, child(root, 1), step, circuit=circuit)
     StoresOfMany(burnt, circuit, rectifier.held, scales).advance(
@@ -92,16 +105,23 @@ def charge_delay(
         current = float(table.at(np.array(v)))
         took = took + (gained.charges - current * gained.seconds) / (current - v / ohm)
     mean, error = mean_and_error(took.reshape(-1, runs.together).mean(axis=1))
-    of_paths, error_of_paths = _of_paths(table, highest, (factor * farads, ohm), expected, seed)
+    courses, of_courses = _of_paths(table, highest, (factor * farads, ohm), expected, seed)
+    of_paths, error_of_paths = mean_and_error(courses)
+    seconds = mean - of_paths
+    model = extrapolated + of_courses + (abs(seconds) * unit / expected if factor < 1.0 else 0.0)
+    model += unit * math.log(float(net[last] / net[net > 0.0][-1]))
     dof = runs.count / runs.together - 1.0
-    late = Value(mean - of_paths, math.hypot(error, error_of_paths), dof=dof)
+    late = Value(seconds, math.hypot(error, error_of_paths), model=model, dof=dof)
     return ChargeDelay(late, expected, direct.steps + burnt.steps + runs.steps)
 
 
-def _passages(stores: StoresOfMany, volts: float, times: tuple[float, float]) -> Floats:
+def _passages(
+    stores: StoresOfMany, volts: float, times: tuple[float, float]
+) -> tuple[Floats, float]:
     """When each of the ``stores`` first reaches so many ``volts`` (s), by a straight line between two looks.
 
-    ``times`` are the expected one, `LONGER` times which it is extrapolated, and the mass's time constant.
+    ``times`` are the expected one, `LONGER` times which it is extrapolated, and the mass's time
+    constant.  The second answer is as that of `_extrapolated`.
     """
     expected, unit = times
     passages = np.full(stores.runs.count, math.inf)
@@ -116,15 +136,13 @@ def _passages(stores: StoresOfMany, volts: float, times: tuple[float, float]) ->
         passages[new] = now + seconds * (volts - before[new]) / (after[new] - before[new])
         now = now + seconds
         before = after
-    missing = np.isinf(passages)
-    passages[missing] = now * volts / np.maximum(before[missing], volts / LONGER)
-    return passages
+    return _extrapolated(passages, before / volts, now)
 
 
 def _of_paths(
     table: RectifiedCurrent, volts: float, load: tuple[float, float], expected: float, seed: int
-) -> tuple[float, float]:
-    """The mean first passage of random courses, and its standard error; without diffusion if some do not arrive."""
+) -> tuple[Floats, float]:
+    """First passages of random courses (s), extrapolated as those of direct runs."""
     from harvester.cosimulation.charging import first_passages
 
     farads, ohm = load
@@ -132,4 +150,15 @@ def _of_paths(
         table, farads, ohm, top=volts, end=LONGER * expected, count=PATHS, seed=seed, coarse=False
     )
     times = np.array([first_passages(t, path, np.array([volts])) for path in paths])
-    return mean_and_error(times.ravel()) if np.isfinite(times).all() else (expected, 0.0)
+    return _extrapolated(times.ravel(), paths[:, -1] / volts, float(t[-1]))
+
+
+def _extrapolated(passages: Floats, shares: Floats, end: float) -> tuple[Floats, float]:
+    """Infinite ``passages`` on a line from rest to ``shares`` of the voltage at the ``end`` (s).
+
+    They are at `LONGER` times the end at most.  The second answer is the mean time (s) that this
+    adds behind the end.
+    """
+    line = end / np.clip(shares, 1.0 / LONGER, 1.0)
+    whole = np.where(np.isinf(passages), line, passages)
+    return whole, float(np.where(np.isinf(passages), line - end, 0.0).mean())

@@ -21,6 +21,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "noise_alone": "engine {engine!r} supports charging under noise only, not under a periodic excitation or recording: use engine 'spice'",
     "slow_probe": "engine 'slow' charges a capacitor Csmooth and supports only `probe` store, but it is {probe}: use engine 'spice'",
     "slow_shaking": "engine 'slow' supports charging under a harmonic excitation alone, and without a chip also under noise alone: use engine 'spice'",
+    "slow_from_rest": "engine 'slow' charges from 0 V, but the netlist gives {names} a voltage at the start (`ic`): use engine 'spice'",
     "slow_charge": "the capacitor was charged by the rectifier's mean current; mass and circuit together need {change!t} longer in their first {direct!t}, which is added; the change still under way is in the error",
     "slow_charge_under_noise": "the capacitor was charged by the rectifier's mean current; mass and circuit together need {change!t} longer, by direct runs that charge for {direct!t}, which is added",
     "slow_charge_of_chip": "the circuit behind the rectifier was computed alone; in their first {direct!t} mass and circuit together need {change!t} longer to the same storage voltage, which is added and, for all of the time, in the error",

@@ -55,7 +55,10 @@ def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Di
     except InputError as error:
         return refusal("needs_compiled_circuit", Slow.NAME, engine=Slow.NAME, why=str(error))
     if is_plain_store(circuit):
-        return None
+        charged = [
+            part.name for part in circuit.parts if part.kind == "c" and part.options.get("ic")
+        ]
+        return refusal("slow_from_rest", names=", ".join(charged)) if charged else None
     return refusal("slow_shaking") if eqs.is_random else Slow.refusal(problem)
 
 
@@ -253,11 +256,14 @@ def _random(runs: ChargeRuns, deadline: float | None) -> dict[str, Any]:
     sampling = error_of_times(levels, table, farads, ohm)
     if not np.isfinite(sampling).all():
         unknown = " and ".join(filter(None, (unknown, MEASURED_CURRENT)))
-    model = half95(_finite(sampling)) + delay.late.sampling95
+    model = half95(_finite(sampling))
+    late = delay.late.value
+    model += delay.late.sampling95 + (delay.late.model or 0.0)
+    model[:-1] += abs(late)  # of the way to the last level, and not known of the others
     model += _finite(times_to(levels, table.halved(), farads, ohm), mean)
     model += (judge + elements + beside) * _finite(mean)
-    late = delay.late.value
     t, paths = paths_by_step[0]
+    waits = note("slow_charge_under_noise", direct=delay.seconds, change=late)
     return {
         "times": times + late,
         "coarse": coarse + late,
@@ -266,7 +272,7 @@ def _random(runs: ChargeRuns, deadline: float | None) -> dict[str, Any]:
         "steps": steps + delay.steps + more,
         "counted": 1.0 / (math.sqrt(2.0) - 1.0),
         "notes": (
-            note("slow_charge_under_noise", direct=delay.seconds, change=late),
+            *([waits] if delay.seconds else []),
             *_not_apart(float(mean[-1]), time_constant(problem.equations) / scales.frequency),
         ),
         "model": model,

@@ -140,6 +140,23 @@ def test_a_capacitor_that_takes_a_tenth_of_the_store_s_charge_is_refused_under_n
         hv.charge(scene, to="1 V", engine="slow")
 
 
+@pytest.mark.parametrize(
+    "shaking",
+    [
+        {"acceleration_amplitude": "0.2 g", "frequency": "60 Hz"},
+        {"acceleration_psd": "1e-3 g^2/Hz"},
+    ],
+)
+@pytest.mark.parametrize(
+    "line, card", [("C1 OUT 0 2.2u ic=1.5", ""), ("C1 OUT 0 2.2u", ".ic v(OUT)=1.5")]
+)
+def test_a_store_that_starts_charged_is_refused(tmp_path, shaking, line, card):
+    """Its charge was ignored: 2 V into 22 uF took 1.27 s, which engine compiled passes 0.45 s after 1.5 V."""
+    text = CLAMPED.replace("D5 OUT 0 D1\nC1 OUT 0 2.2u", line).replace(".end\n", f"{card}\n.end\n")
+    with pytest.raises(hv.HarvesterError, match="charges from 0 V, but the netlist gives csmooth"):
+        hv.charge(on_board(tmp_path, text, shaking), to="2 V", engine="slow")
+
+
 def on_board(folder, text, shaking):
     """A scene with a netlist of one's own."""
     (path := folder / "board.cir").write_text(text)

@@ -12,6 +12,7 @@ import pytest
 import harvester as hv
 from harvester.cosimulation.charging import first_passages
 from harvester.equations.problem import Problem
+from harvester.presentation.diagnostic import has
 from harvester.storage.charge_delay import DIRECT, charge_delay
 from harvester.storage.measured_current import measured, time_constant
 from harvester.storage.rectified_current import random_paths
@@ -31,12 +32,12 @@ BOARDS = {
 SEEDS = range(4)
 
 
-def shaken(folder, card):
+def shaken(folder, card, density="2e-3 g^2/Hz"):
     """A plate with four diodes of this card."""
     return hv.Scene(
         oscillator=hv.Oscillator(mass="8 g", frequency="46 Hz", damping_ratio=0.03),
         piezo=hv.Piezo(coupling="1.5 mN/V", capacitance="47 nF"),
-        excitation=hv.Excitation(acceleration_psd="2e-3 g^2/Hz"),
+        excitation=hv.Excitation(acceleration_psd=density),
     ).with_load(netlist=written(folder, BODY + card + "\n"))
 
 
@@ -88,3 +89,31 @@ def test_the_delay_does_not_depend_on_the_capacitance(tmp_path):
     assert large.seconds == pytest.approx(DIRECT * unit)
     errors = np.hypot(small.late.stderr, large.late.stderr)
     assert abs(small.late.value - large.late.value) < 4.0 * errors < 0.5 * unit
+
+
+@pytest.mark.ngspice
+def test_diodes_that_hardly_conduct_have_no_delay(tmp_path):
+    """The mean current loads nothing at all: the direct charge divided its time by 0."""
+    scene = shaken(tmp_path, ".model d D(Is=1e-18 N=3)", "1e-8 g^2/Hz")
+    problem = Problem.of(scene)
+    delay = charge_delay(problem, measured(problem, 0.5).best, 0.5, (FARADS, OHM), 0)
+    assert (delay.late.value, delay.late.sampling95, delay.seconds) == (0.0, 0.0, 0.0)
+    found = hv.charge(scene, "0.5 V", engine="slow", duration="20 s")
+    assert found.time is None and found.reached == 0.0
+    assert not has(found.notes, "slow_charge_under_noise")
+
+
+def test_the_lag_beyond_the_compared_voltages_is_in_the_error(tmp_path):
+    """Into 300 kohm, the net current at the target is a small share of the largest."""
+    problem = Problem.of(shaken(tmp_path, ".model d D"))
+    table = table_of(problem, 0)
+    volts = np.linspace(0.0, 2.0, 4001)
+    net = table.at(volts)
+    ohm = 2.0 / (float(net[-1]) * 0.98)
+    net = net - volts / ohm
+    compared = net[net > 0.1 * net.max()][-1]
+    unit = time_constant(problem.equations) / problem.scales.frequency
+    beyond = unit * np.log(compared / net[-1])
+    late = charge_delay(problem, table, 2.0, (FARADS, ohm), 0).late
+    assert beyond > 0.5 * unit
+    assert beyond <= late.model < 2.0 * beyond
