@@ -51,7 +51,7 @@ def another_file(option: str, out: str | Path, source: str, what: str) -> None:
     path = Path(out)
     try:
         is_source = path.samefile(source)
-    except (OSError, ValueError):  # one of them is absent: reading or writing says why
+    except (OSError, ValueError):  # one of them is absent, which reading or writing refuses
         return
     if is_source:
         raise InputError(
