@@ -7,7 +7,7 @@ import cloup
 from cloup.constraints import RequireExactly
 
 from harvester.commands.help import command
-from harvester.commands.options import scene_argument, seed_option
+from harvester.commands.options import another_file, scene_argument, seed_option
 from harvester.errors import InputError
 
 
@@ -64,6 +64,7 @@ def export(
             raise InputError(
                 f"`{name}` must be used with --{kind}, but {file!r} is another kind of part"
             )
+    another_file("--fmu" if fmu else "--out", file, path, "SCENE")
     given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     if fmu:
         from harvester.devices.fmu.unit import export_fmu

@@ -1,6 +1,7 @@
 """The options that several commands have, and how their values are read."""
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import click
@@ -8,7 +9,7 @@ import cloup
 from cloup.constraints import If, mutually_exclusive, require_all
 
 from harvester.commands.completion import engines, scene_files, scene_keys
-from harvester.errors import invalid, named_once, reading
+from harvester.errors import InputError, invalid, named_once, reading, shown
 from harvester.quantities.units import fraction, seconds, time
 
 
@@ -43,6 +44,19 @@ def two_nets(text: str) -> tuple[str, str]:
     if len(names) != 2 or not all(names):
         raise invalid("--terminals", "be two nets, such as PZ1,PZ2", text)
     return names[0], names[1]
+
+
+def another_file(option: str, out: str | Path, source: str, what: str) -> None:
+    """Refuse an output that is the file which the command reads, ``what``, also through a link."""
+    path = Path(out)
+    try:
+        is_source = path.samefile(source)
+    except (OSError, ValueError):  # one of them is absent, which reading or writing refuses
+        return
+    if is_source:
+        raise InputError(
+            f"{option} must be another file than {what} itself, but is {shown(str(out))}"
+        )
 
 
 def _form(text: str) -> str:

@@ -11,9 +11,9 @@ import cloup
 
 from harvester.commands.help import command
 from harvester.commands.messages import echo, echo_answer, naming
-from harvester.commands.options import json_option
+from harvester.commands.options import another_file, json_option
 from harvester.commands.reports import report_file, report_option, save_report
-from harvester.errors import InputError, invalid, reading, shown
+from harvester.errors import invalid, reading
 
 
 def _sized(argument: str, kind: str) -> Callable[[str], float]:
@@ -130,10 +130,7 @@ def record(
         if path.suffix != ".csv":
             raise invalid("--out", "be a file that ends in .csv", out)
         files.folder(path.parent)
-        if path.exists() and Path(file).exists() and path.samefile(file):
-            raise InputError(
-                f"--out must be another file than the record itself, but is {shown(out)}"
-            )
+        another_file("--out", path, file, "the record")
     page = report_file(report, None if path is None else str(path.parent))
     with naming(file):
         part = Part(**{field.name: options.pop(field.name) for field in fields(Part)})

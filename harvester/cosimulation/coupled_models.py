@@ -21,6 +21,8 @@ from harvester.cosimulation.ngspice.locate_libngspice import find_library
 from harvester.cosimulation.ports import Coil, Piezo, Port
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.errors import InputError, UnknownArgumentError, invalid, unknown
+from harvester.machine.automatic import reporting
+from harvester.machine.progress import ProgressCallback
 from harvester.netlists.load_circuit import LoadCircuit, load_circuit
 from harvester.netlists.probes import read_probes
 from harvester.presentation import drawing
@@ -172,6 +174,7 @@ class PathOptions(TypedDict, total=False):
     volts: float
     compiled: bool | None
     within: float | str | None
+    progress: ProgressCallback | bool | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -185,6 +188,7 @@ class ChosenOptions:
     volts: float = 1.0
     compiled: bool | None = None
     within: float | str | None = None
+    progress: ProgressCallback | bool | None = None
 
 
 def cosimulate(
@@ -237,6 +241,9 @@ def cosimulate(
         Target relative error (95 %) of the mean power, 0.01 or "1%". ``step`` and ``tolerance`` are
         made smaller on the same noise, and the mean is over trajectories with further noise, until
         its total error is within it. The arrays are those of one trajectory.
+    progress : function or bool, optional
+        Called with the fraction of the trajectories so far known to be needed that are done; it
+        falls if more are needed. False: no progress is shown; default: a bar on a terminal.
 
     Returns
     -------
@@ -306,7 +313,8 @@ def cosimulate(
         compiled=whole,
     )
     try:
-        job, run, power, about_error = _run(job, within)
+        with reporting(given.progress, "cosimulate") as report:
+            job, run, power, about_error = _run(job, within, report)
     except Exception as error:  # without the worker's own traceback: a note has the model's line
         raise error.with_traceback(None) from None
     state = {name: run.samples[:, k] for k, name in enumerate(start._fields)}
@@ -336,13 +344,15 @@ def cosimulate(
 
 
 def _run(
-    job: ModelJob, within: float | None
+    job: ModelJob, within: float | None, report: ProgressCallback | None
 ) -> tuple[ModelJob, ModelRun, Value, Diagnostic | None]:
     """The job at its last step, its path, the mean power (W), and a remark on its error."""
     if within is None:
         run = next(map_in_workers(run_model, [(packed(job),)]))
+        if report is not None:
+            report(1.0)
         return job, run, Value(run.ledger.load, unknown=STEP_AND_TOLERANCE), note("model_path")
-    paths = MeanOverPaths(job)
+    paths = MeanOverPaths(job, report=report)
     power, reached = paths.to(within)
     assert paths.first is not None, "the first path has the seed of the job"
     error = power.known_error95 / abs(power.value) if power.value else None

@@ -13,6 +13,7 @@ import numpy as np
 
 from harvester.cosimulation.model_runs import ModelJob, ModelRun, packed, run_model
 from harvester.cosimulation.worker_pool import map_in_workers
+from harvester.machine.progress import ProgressCallback
 from harvester.uncertainty.paired_difference import difference95
 from harvester.uncertainty.value import Value, mean_and_error
 
@@ -30,13 +31,18 @@ class MeanOverPaths:
     job: ModelJob
     halvings: int = 1
     first: ModelRun | None = None  # of the job's own seed, at the finest step so far
+    report: ProgressCallback | None = None  # of the fraction of the trajectories that is done
+    _needed: int = 0  # how many trajectories are known to be needed
     _powers: dict[tuple[int, int], float] = field(default_factory=dict)  # by seed and halvings
 
     def to(self, within: float) -> tuple[Value, bool]:
         """The mean power (W) with its error, and whether that is ``within``, a part of it."""
         count = FIRST
         while True:
-            fine, coarse = (self._of(count, k) for k in (self.halvings, self.halvings - 1))
+            levels = (self.halvings, self.halvings - 1)
+            missing = sum(len(self._missing(count, level)) for level in levels)
+            self._needed = len(self._powers) + missing
+            fine, coarse = (self._of(count, level) for level in levels)
             if np.ptp(fine) == 0.0 and np.ptp(coarse) == 0.0:  # of a model without noise
                 fine, coarse = fine[:1], coarse[:1]
             change = difference95(fine, coarse)
@@ -71,14 +77,20 @@ class MeanOverPaths:
         """The job at the finest step so far."""
         return self._at(0, self.halvings)
 
+    def _missing(self, count: int, halvings: int) -> list[int]:
+        """Those of so many trajectories that have not been run at one step."""
+        return [k for k in range(count) if (k, halvings) not in self._powers]
+
     def _of(self, count: int, halvings: int) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
         """The mean powers of so many trajectories at one step."""
-        todo = [k for k in range(count) if (k, halvings) not in self._powers]
+        todo = self._missing(count, halvings)
         jobs = [(packed(self._at(k, halvings)),) for k in todo]
         for k, run in zip(todo, map_in_workers(run_model, jobs), strict=True):
             self._powers[k, halvings] = run.ledger.load
             if k == 0 and halvings == self.halvings:
                 self.first = run
+            if self.report is not None:
+                self.report(len(self._powers) / self._needed)
         return np.array([self._powers[k, halvings] for k in range(count)])
 
     def _at(self, path: int, halvings: int) -> ModelJob:

@@ -58,3 +58,21 @@ def test_umlauts_in_a_locale_without_them(tmp_path, line):
     assert list(tmp_path.rglob("*.html")) or "--report" not in line
     for path in tmp_path.rglob("*.html"):
         assert "ü" in path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("option", ["--out", "--fmu"])
+@pytest.mark.parametrize("through", ["scene.toml", "hard.toml", "./other/../scene.toml"])
+def test_a_part_does_not_replace_the_scene_that_it_is_made_of(
+    tmp_path, monkeypatch, harvester, option, through
+):
+    """`harvester export scene.toml --out scene.toml` wrote the subcircuit over the scene."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "other").mkdir()
+    scene = tmp_path / "scene.toml"
+    scene.write_text((EXAMPLES / "plate.toml").read_text())
+    (tmp_path / "hard.toml").hardlink_to(scene)
+    before = scene.read_bytes()
+    status, out, err = harvester("export", "scene.toml", option, through)
+    assert refusal(status, out, err) == ""
+    assert f"{option} must be another file than SCENE itself" in err
+    assert scene.read_bytes() == before

@@ -130,3 +130,28 @@ def test_a_path_that_is_too_long_to_be_refined_is_refused():
         hv.InputError, match=r"`duration` must have at most 4000000 steps of `step` with"
     ):
         cosimulate(PLATE, LOAD, PIEZO, START, "1000 s", "20 us", within=0.1, every=100)
+
+
+@pytest.mark.ngspice
+@pytest.mark.parametrize("progress", [False, True, None])
+def test_a_progress_is_accepted_as_by_the_other_functions(progress):
+    """`progress` was an unknown argument of this function alone."""
+    plain = cosimulate(PLATE, LOAD, PIEZO, START, "0.2 s", "10 ms")
+    found = cosimulate(PLATE, LOAD, PIEZO, START, "0.2 s", "10 ms", progress=progress)
+    np.testing.assert_array_equal(found.voltage, plain.voltage)
+
+
+@pytest.mark.ngspice
+@pytest.mark.parametrize("within", [None, "1%"])
+def test_a_function_is_told_the_fraction_of_the_trajectories(within):
+    told = []
+    cosimulate(PLATE, LOAD, PIEZO, START, "0.2 s", "10 ms", within=within, progress=told.append)
+    assert told[-1] == 1.0
+    assert all(0.0 < part <= 1.0 for part in told)
+    assert len(told) == 1 if within is None else len(told) >= 8
+
+
+@pytest.mark.ngspice
+def test_a_progress_that_cannot_be_called_is_refused():
+    with pytest.raises(hv.InputError, match="`progress` must be"):
+        cosimulate(PLATE, LOAD, PIEZO, START, "0.2 s", "10 ms", progress=3)
