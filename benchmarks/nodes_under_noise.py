@@ -16,10 +16,10 @@ import numpy as np
 
 import harvester as hv
 from harvester.equations.problem import Problem
-from harvester.storage.direct_nodes import direct_nodes
 from harvester.storage.measured_current import measured
 from harvester.storage.node_run import NodeRun
 from harvester.uncertainty.value import mean_and_error, stderr_of95
+from tests.support.direct_nodes import direct_nodes
 from tests.support.own_board import noisy_node
 
 SECONDS = 200.0

@@ -145,8 +145,8 @@ def named(error: Exception) -> HarvesterError:
         return SimulationError(
             "there is not enough memory: try fewer `trajectories`, `workers` or a longer `dt`"
         )
-    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
-        name = str(error.filename or "")
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG and error.filename:
+        name = str(error.filename)
         return InputError(
             f"the name of a file must be shorter, but {shown(name)} has {len(name)} characters, "
             "more than the system allows"

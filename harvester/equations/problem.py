@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from harvester.netlists.load_circuit import LoadCircuit
 
 
-class OpenCircuit:
-    """No load.
+class AnyLoad:
+    """The properties of a load, with the values of one that is not a circuit.
 
     ``netlist`` is the name or path of a netlist, ``circuit`` the load as a circuit for ngspice, and
     ``text`` the text of a netlist; None without one.  ``effects`` are those that a netlist adds,
@@ -63,7 +63,11 @@ class OpenCircuit:
         return refusal("needs_netlist", engine, engine=engine)
 
 
-class LoadWithCircuit(OpenCircuit):
+class OpenCircuit(AnyLoad):
+    """No load."""
+
+
+class LoadWithCircuit(AnyLoad):
     """A load of which ngspice has a circuit, which is read if it is needed.
 
     Parameters
@@ -143,7 +147,7 @@ class LoadNetlist(LoadWithCircuit):
         return None
 
 
-def load_of(scene: Scene, equations: Equations, scales: Scales) -> OpenCircuit:
+def load_of(scene: Scene, equations: Equations, scales: Scales) -> AnyLoad:
     """The load of a scene; without the table a nondimensional one has the resistance of its mu."""
     if scene.load is not None:
         kind = LoadResistance if scene.load.netlist is None else LoadNetlist
@@ -194,9 +198,8 @@ class Problem:
     @property
     def load_circuit(self) -> "LoadCircuit":
         """The load's circuit for an engine that has refused an open circuit."""
-        circuit = self.circuit
-        assert circuit, "an engine's refusal checks this"
-        return circuit
+        assert isinstance(self.load, LoadWithCircuit), "an engine's refusal checks this"
+        return self.load.circuit
 
     def in_circuit(self, unit: str) -> float:
         """The value of one of the scene's own units in the circuit that runs, for a quantity in V, A, W or J."""

@@ -100,11 +100,6 @@ def limited(limit: TimeLimit | None) -> Iterator[None]:
         _LIMIT.reset(token)
 
 
-def current_limit() -> TimeLimit | None:
-    """The limit of the work that calls this."""
-    return _LIMIT.get()
-
-
 def check_time(since: float | None = None, share: float = 1.0) -> None:
     """`TimeLimit.check` by the limit of the work that calls this, if it has one; ``since`` is now by default."""
     limit = _LIMIT.get()

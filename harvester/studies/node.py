@@ -307,7 +307,8 @@ def node(
         and which capacitance or interval would outlast it.
     budget : float or str, optional
         Time limit (s, or such as "30s"), without compilation: under noise as many runs as make the
-        error small enough, or fit into it. Default: those that fit into 20 s after the first.
+        error small enough, or fit into it. The node's courses, of about 2 s, are not limited.
+        Default: those that fit into 20 s after the first.
     seed : int, default 0
         Random seed. With the same effort, the same seed gives the same answer; a budget's effort
         depends on the machine's speed.

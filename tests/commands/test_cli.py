@@ -1,5 +1,6 @@
 """The command line: what it prints, and one line with the right exit status for everything else."""
 
+import errno
 import json
 import os
 import resource
@@ -14,6 +15,7 @@ import pytest
 import harvester as hv
 from harvester import cli
 from harvester.engines.selection import ENGINES
+from harvester.errors import named
 from harvester.machine.cores import ONE_THREAD
 from tests.support.paths import ROOT
 
@@ -197,6 +199,8 @@ def test_a_name_that_no_file_has_is_one_line(harvester, tmp_path, monkeypatch):
     status, _, error = harvester("new", "a" * 300 + ".toml", *device)
     assert (status, error.count("\n")) == (2, 1)
     assert "the name of a file must be shorter" in error and "has 305 characters" in error
+    nameless = OSError(errno.ENAMETOOLONG, "File name too long")
+    assert "the system refused" in str(named(nameless))
 
 
 NO_MORE = "ulimit -u sets how many threads and processes may start"

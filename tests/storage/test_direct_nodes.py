@@ -7,9 +7,9 @@ import pytest
 
 import harvester as hv
 from harvester.equations.problem import Problem
-from harvester.storage.direct_nodes import direct_nodes
 from harvester.storage.measured_current import measured
 from harvester.storage.node_run import NodeRun
+from tests.support.direct_nodes import direct_nodes
 from tests.support.own_board import noisy_node
 
 C = 1e-4

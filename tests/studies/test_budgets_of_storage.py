@@ -4,7 +4,7 @@ Seconds are without compilation, and CPU time, as the machine may have other wor
 """
 
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
 
@@ -16,6 +16,7 @@ from tests.support.own_board import noisy_node
 from tests.support.paths import EXAMPLES
 
 MARGIN = 1.5  # times the budget
+TRIES = 5
 NOISY = noisy_node(load=hv.Load(netlist="doubler", parameters={}))
 SENSOR = EXAMPLES / "bimorph_sensor.toml"
 NEEDS = "40 uW at 3.3 V"
@@ -32,16 +33,16 @@ def ending_within(budget):
     assert min(working() - begin, time.process_time() - busy - compiled) <= MARGIN * budget
 
 
+@pytest.mark.slow
 def test_more_time_is_a_smaller_error_of_a_node():
-    with ending_within(60.0):
-        long = hv.node(NOISY, budget=60)
-    with ending_within(1.0):
-        try:
-            short = hv.node(NOISY, budget="1s")
-        except SimulationError as error:
-            assert "`budget`" in str(error)
-            return
-    assert short.packets_per_hour.sampling95 > long.packets_per_hour.sampling95
+    """The shorter budget has the first runs alone, and states it; the longer one has more runs as well."""
+    hv.node(NOISY, budget=4)  # compiles
+    with ending_within(4.0):
+        short = hv.node(NOISY, budget="4s")
+    with ending_within(40.0):
+        long = hv.node(NOISY, budget=40)
+    assert "node_error_by_budget" in [said.code for said in short.diagnostics]
+    assert short.packets_per_hour.sampling95 > 1.5 * long.packets_per_hour.sampling95 > 0.0
     both = short.packets_per_hour.known_error95 + long.packets_per_hour.known_error95
     assert abs(short.packets_per_hour.value - long.packets_per_hour.value) <= both
 
@@ -53,33 +54,36 @@ def test_a_node_states_the_seconds_that_it_needs():
         hv.node(NOISY, budget="soon")
 
 
-def test_a_design_ends_in_its_budget():
+@pytest.mark.slow
+def test_a_design_without_time_for_a_circuit_has_no_answer():
     with pytest.raises(InputError, match="no answer in a `budget`"):
         hv.design(SENSOR, needs=NEEDS, circuits=["bridge"], budget=0.001)
-    with ending_within(2.0):
-        try:
-            hv.design(SENSOR, needs=NEEDS, spread="frequency=2Hz", budget="2s")
-        except (InputError, SimulationError) as error:
-            assert "`budget`" in str(error)
 
 
+@pytest.mark.slow
 def test_circuits_whose_yield_is_late_are_named():
-    """Both yields need about the same time, so that a budget of 70 % has one at most, or none."""
+    """Both yields need about the same time, so that a budget of 75 % has the first and not the second.
+
+    On a busy machine the time changes by more between two designs, for which there are `TRIES`.
+    """
     circuits = ["bridge", "doubler"]
     asked = {"needs": NEEDS, "spread": "frequency=2Hz", "circuits": circuits}
     hv.design(SENSOR, **asked)
-    begin = working()
-    whole = hv.design(SENSOR, **asked)
-    seconds = working() - begin
-    assert all(each.share_met is not None for each in whole.candidates)
-    try:
-        part = hv.design(SENSOR, budget=0.7 * seconds, **asked)
-    except (InputError, SimulationError) as error:
-        assert "`budget`" in str(error)
-        return
-    late = [said for said in part.diagnostics if said.code == "shares_left_out"]
-    known = [each.circuit for each in part.candidates if each.share_met is not None]
-    assert not late or known == [name for name in circuits if name not in late[0].numbers["names"]]
+    late = []
+    for _ in range(TRIES):
+        begin = working()
+        whole = hv.design(SENSOR, **asked)
+        budget = 0.75 * (working() - begin)
+        assert all(each.share_met is not None for each in whole.candidates)
+        with suppress(InputError, SimulationError), ending_within(budget):
+            part = hv.design(SENSOR, budget=budget, **asked)
+            late = [said for said in part.diagnostics if said.code == "shares_left_out"]
+            if late:
+                break
+    assert [said.numbers["names"] for said in late] == ["doubler"]
+    known = {each.circuit: each.share_met for each in part.candidates}
+    assert known["doubler"] is None
+    assert known["bridge"] == {each.circuit: each.share_met for each in whole.candidates}["bridge"]
 
 
 def test_a_pace_that_is_hopeless_ends_the_work_at_once():

@@ -12,7 +12,6 @@ import harvester as hv
 from harvester.cli import cli
 from harvester.equations.problem import Problem
 from harvester.storage.direct_node import direct_course
-from harvester.storage.direct_nodes import direct_nodes
 from harvester.storage.fluctuating_node import Lived
 from harvester.storage.measured_current import measured
 from harvester.storage.node_course import NodeCourse
@@ -23,6 +22,7 @@ from harvester.storage.tracked_input import tracked_input
 from harvester.studies import node
 from harvester.studies.node_current import Known
 from harvester.uncertainty.value import mean_and_error, stderr_of95
+from tests.support.direct_nodes import direct_nodes
 from tests.support.own_board import noisy_node
 from tests.support.paths import EXAMPLES
 

@@ -427,6 +427,7 @@ class ModesWithIdeal(WithStore, ModesWithResistor):
     """Several modes with an ideal circuit."""
 
     load_rows = IDEAL_ROWS
+    loss_unit = ModesWithResistor.loss_unit
 
     def __init__(self, eqs: Equations, circuit: IdealCircuit) -> None:
         self.circuit = circuit
@@ -438,22 +439,10 @@ class ModesWithIdeal(WithStore, ModesWithResistor):
         """The kernels of the modes with the circuit."""
         return ModalMotionWithIdeal(self.eqs, self.circuit)
 
-    @property
-    def loss_unit(self) -> float:
-        """As without a circuit."""
-        return 1.0 / self.motion.mobility
-
     def begin(self, state: Floats) -> None:
         """Place the switch at the displacement, and a ball amid its box."""
         state[:, 4] = state[:, 0]
         self.motion.begin(state, self.load_rows)
-
-    def batch(
-        self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
-    ) -> Batch:
-        """A block for the kernels."""
-        block = super().batch(state, words, sums, controls)
-        return block._replace(**dict(zip("Um", state[3:5], strict=False)))
 
     def boundary(self, states: Floats) -> Floats:
         """Those of the modes and the storage capacitor."""
@@ -463,20 +452,13 @@ class ModesWithIdeal(WithStore, ModesWithResistor):
 class ModesWithCircuit(WithCircuit):
     """Several modes with a circuit that brings kernels of its own: rows of further modes follow its own."""
 
+    has_controls = ModesWithResistor.has_controls
+    loss_unit = ModesWithResistor.loss_unit
+
     def __init__(self, eqs: Equations, circuit: OwnCircuit) -> None:
         super().__init__(eqs, circuit)
         self.motion = ModalMotion(eqs)
         self.rows = circuit.rows + self.motion.rows - RESISTOR_ROWS
-
-    @property
-    def has_controls(self) -> bool:
-        """Whether the noise is new from step to step, and white."""
-        return self.eqs.has_new_noise and self.eqs.coloured is None
-
-    @property
-    def loss_unit(self) -> float:
-        """As without a circuit."""
-        return 1.0 / self.motion.mobility
 
     def begin(self, state: Floats) -> None:
         """As the circuit begins; a ball is placed amid its box."""

@@ -29,7 +29,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "its rate is missing, and if that is as strong as just below, E[V^2] is off by {change:.1%}",
     "record_join": "the recording's end does not meet its beginning: the way they are joined changes E[V^2] by {change:.1%}",
     "within_record_join": "`within` {within!p} is not reached by any effort: the way in which the recording's end is joined to "
-    "its beginning changes E[V^2] by {change!p}",
+    "its beginning changes E[V^2] by {change!p}: give a longer recording, or a larger `within`",
     "record_stands_still": "the recorded acceleration is constant in a share of {share:.2g} of the samples, longest in rows {first} to {last}, as of a sensor that died or stuck: 'harvester record FILE' names a part in which it changes",
     "narrow_density": "the tabulated power spectral density is narrow for a record of {period:.3g}/w0: its lines change E[V^2] by "
     "{change:.1%}",
