@@ -1,6 +1,7 @@
 """Thirty scenes of several features by three targets: reached or not, in which seconds, and by which engine.
 
     python benchmarks/asked.py [scenes|predictions|coverage] [--budget 10] [--scene NAME ...]
+    ... coverage [--within 0.01] [--seeds 30]
 
 `scenes` reports for each scene and target whether `hv.Cheapest` reaches it in the budget, the engine,
 the stated error, and seconds of the wall and of all processes together (``busy``).  A run that is not
@@ -20,10 +21,11 @@ import time
 from pathlib import Path
 
 from common import report
-from targets import children
+from targets import busy
 
 import harvester as hv
 from harvester.errors import HarvesterError
+from harvester.presentation.diagnostic import has
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TARGETS = (0.01, 0.1, 0.002)
@@ -32,6 +34,7 @@ LONGEST = 60.0  # s: of a prediction that is tried
 SHORTEST = 1.0  # s of CPU time, from which on a prediction is asked for
 REFEREE = 1e-3  # relative error of a reference
 SEEDS = 30
+OUT_OF_REACH = ("within_record_join",)  # warnings that no effort reaches the target
 
 PLATE = {
     "oscillator": {"mass": "40 g", "stiffness": "16 N/m", "damping": "6.4e-3 N s/m"},
@@ -266,16 +269,15 @@ def scene(name):
 def asked(name, within, budget, seed=0):
     """The answer of the chooser or its refusal, and the seconds that it took."""
     begin = time.perf_counter()
-    busy = time.process_time()
-    others = children(os.getpid())
+    before = busy()
     try:
         found = hv.Cheapest(within=within, budget=budget, seed=seed).run(scene(name))
         refused = None
     except HarvesterError as error:
         found = None
         refused = str(error)
-    busy = time.process_time() - busy + children(os.getpid()) - others
-    return found, {"wall": time.perf_counter() - begin, "busy": busy, "refused": refused}
+    spent = {"wall": time.perf_counter() - begin, "busy": busy() - before}
+    return found, spent | {"refused": refused}
 
 
 def stated(found):
@@ -309,7 +311,8 @@ def row_of(name, within, budget):
     row |= {"needs": needs, "said": [str(said) for said in found.diagnostics][:6]}
     if error is not None and error <= within:
         return row | {"outcome": "reached"}
-    early = row["wall"] < 0.75 * budget and needs is None
+    barred = has(found.diagnostics, *OUT_OF_REACH)
+    early = row["wall"] < 0.75 * budget and needs is None and not barred
     return row | {"outcome": "early" if early else "missed"}
 
 
@@ -378,15 +381,16 @@ def coverage(options):
         inside = 0
         scores = []
         took = []
-        for seed in range(SEEDS):
-            found, row = asked(name, 0.01, options.budget, seed)
+        for seed in range(options.seeds):
+            found, row = asked(name, options.within, options.budget, seed)
             power = found.mean_power
             engines.add(found.engine)
             off = abs(power.value - reference.value)
             inside += off <= power.known_error95 + (reference.bias or 0.0)
             scores.append(off / power.known_error95)
             took.append(row["busy"])
-        row = {"scene": name, "engines": sorted(engines), "seeds": SEEDS, "inside": inside}
+        row = {"scene": name, "within": options.within, "engines": sorted(engines)}
+        row |= {"seeds": options.seeds, "inside": inside}
         row |= {"median of off by stated": statistics.median(scores), "most": max(scores)}
         rows.append(row | {"busy": statistics.median(took)})
         print(rows[-1], flush=True)
@@ -407,6 +411,8 @@ def main():
     )
     parser.add_argument("--budget", type=float, default=10.0)
     parser.add_argument("--scene", action="append")
+    parser.add_argument("--within", type=float, default=0.01, help="target of `coverage`")
+    parser.add_argument("--seeds", type=int, default=SEEDS, help="answers of `coverage`")
     options = parser.parse_args()
     {"scenes": scenes, "predictions": predictions, "coverage": coverage}[options.part](options)
 

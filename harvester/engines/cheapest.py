@@ -28,7 +28,7 @@ from harvester.errors import (
     UnboundedResponseError,
 )
 from harvester.netlists.part import CircuitPart
-from harvester.presentation.diagnostic import note
+from harvester.presentation.diagnostic import has, note
 
 SLOW_SHARE = 0.5  # of what is left, for the slow circuit: no effort makes its error smaller
 AGAIN = 1.5  # times its seconds that must be left for an engine to run again
@@ -123,6 +123,8 @@ class Cheapest(MonteCarloOptions, Engine):
             tried.append(Tried(kind, answer))
             if tried[-1].stated <= within:
                 return self._chosen(tried, "reached")
+            if has(answer.diagnostics, "within_record_join"):  # an error that all engines have
+                return self._chosen(tried, "closest")
         if not tried:
             raise failed[0]
         again = min(tried, key=lambda attempt: (attempt.needed, attempt.stated))

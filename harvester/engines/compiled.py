@@ -1,6 +1,7 @@
 """Engine `compiled`: Monte Carlo with the netlist as a compiled circuit."""
 
 import dataclasses
+import math
 from typing import TYPE_CHECKING
 
 from harvester.answers.estimate import Estimate
@@ -157,6 +158,22 @@ class Compiled(Ensemble):
         self, problem: Problem, pair: "RichardsonPair", begin: float
     ) -> tuple[dict[str, float], str]:
         """The largest relative difference from ngspice, if that is asked and answers."""
+        return self._difference(problem, pair)
+
+    def late_model_errors(
+        self, problem: Problem, pair: "RichardsonPair", left: float
+    ) -> tuple[dict[str, float], str]:
+        """The same within the time ``left`` (s), if that is more than the first attempt had."""
+        from harvester.engines.spice.difference import SHARE
+
+        if left <= SHARE * (number(self.budget) or math.inf):
+            return {}, self.MODEL_NOTE
+        return self._difference(problem, pair, left)
+
+    def _difference(
+        self, problem: Problem, pair: "RichardsonPair", seconds: float | None = None
+    ) -> tuple[dict[str, float], str]:
+        """The largest relative difference from ngspice within ``seconds``, and its note's code."""
         if not self.judged:
             return {}, self.MODEL_NOTE
         from harvester.engines.spice.cheap_model import settled_starts
@@ -166,7 +183,7 @@ class Compiled(Ensemble):
         settling, starts = settled_starts(pair, trajectories.loaded.memory, LONGEST, self.seed)
         enough = NEAR * (number(self.within) or 0.0)
         difference = difference_from_ngspice(
-            problem, trajectories.h, starts, settling, self, enough
+            problem, trajectories.h, starts, settling, self, enough, seconds=seconds
         )
         return difference, "difference_measured" if difference else self.MODEL_NOTE
 

@@ -13,6 +13,7 @@ from harvester.engines.spice.steady_response import steps_in_period, to_be_found
 from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
+from harvester.linear.record_doubts import join_beyond, record_doubts
 from harvester.netlists.for_ngspice import RELTOL_OF_JUDGE
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
@@ -90,6 +91,8 @@ def steady_answer(
         _judge(problem) if periods.differences else warning("compiled_circuit"),
         note("others_not_sought") if linear_growth(problem.equations) is None else None,
         None if within is None else missed(within, power),
+        *record_doubts(problem.equations),
+        join_beyond(problem.equations, within),
     ]
     v2 = periods.value("square").scaled(problem.scales.volts**-2)
     steps = sum(response.steps for response in periods.responses)

@@ -33,7 +33,7 @@ from harvester.engines.sampling import Model
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
-from harvester.linear.record_doubts import join_change
+from harvester.linear.record_doubts import join_beyond, join_change
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target, added_effort, best_factor
@@ -126,6 +126,12 @@ class Ensemble(MonteCarloOptions, Engine):
         """Relative model error by moments, none if they are not known, and the code of a note on them."""
         return {}, self.MODEL_NOTE
 
+    def late_model_errors(
+        self, problem: Problem, pair: "RichardsonPair", left: float
+    ) -> tuple[dict[str, float], str]:
+        """The same after sampling, if they are not known, within the seconds ``left``."""
+        return {}, self.MODEL_NOTE
+
     def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":
         """The trajectories, compiled, that burn in: these, or cheaper ones in whose states these begin."""
         return trajectories
@@ -149,9 +155,7 @@ class Ensemble(MonteCarloOptions, Engine):
             return judge(), []
         known = judge() if self.JUDGED_FIRST else None
         join = join_change(problem.equations)
-        obstacle = exists.obstacle(within)
-        if join >= within:
-            obstacle = obstacle or warning("within_record_join", within=within, change=join)
+        obstacle = exists.obstacle(within) or join_beyond(problem.equations, within)
         said: list[Diagnostic | None] = []
         beyond = known is not None and known[0].get(name, 0.0) > within
         if obstacle is None and not (beyond and self.GIVES_UP):
@@ -161,6 +165,9 @@ class Ensemble(MonteCarloOptions, Engine):
             obstacle = sampling.refine(sampler, target)
             said.append(sampler.effort(within))
         known = known or judge()
+        if self.JUDGED_FIRST and not known[0]:
+            left = setup.budget_begin + (number(self.budget) or 0.0) - time.perf_counter()
+            known = self.late_model_errors(problem, sampler.pair, left)
         return known, [*said, obstacle, self._missed(within, known[0].get(name, 0.0))]
 
     def _missed(self, within: float | None, error: float) -> Diagnostic | None:

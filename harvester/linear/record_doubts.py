@@ -73,6 +73,13 @@ def join_change(eqs: Equations) -> float:
     return float(max(abs(other / powers.sum() - 1.0) for other in mean_squares))
 
 
+def join_beyond(eqs: Equations, within: float | None) -> Diagnostic | None:
+    """A warning if a record's join alone changes E[V^2] by ``within`` or more."""
+    if within is None or (join := join_change(eqs)) < within:
+        return None
+    return warning("within_record_join", within=within, change=join)
+
+
 def density_doubts(eqs: Equations, drawn: Record) -> list[Diagnostic]:
     """A warning if the lines of the record that was drawn from a PSD are too far apart for the response."""
     if eqs.density is None:

@@ -180,3 +180,26 @@ def test_a_target_that_gives_up():
     assert not dataclasses.replace(target, budget=None).is_hopeless(value)
     biased = hv.Value(1.0, 0.05, bias=0.009)
     assert target.more_seconds(biased) == pytest.approx(0.3 * ((0.098 / 0.003) ** 2 - 1.0))
+
+
+@pytest.mark.ngspice
+def test_no_further_engine_is_asked_if_the_join_of_a_record_is_beyond_the_target(monkeypatch):
+    """The join is an error that all engines have: one answers, and states that no effort helps."""
+    asked = []
+    for kind in (Compiled, Spice):
+        run = kind.run
+
+        def counted(self, *given, run=run):
+            asked.append(self.NAME)
+            return run(self, *given)
+
+        monkeypatch.setattr(kind, "run", counted)
+    plate = hv.load(EXAMPLES / "plate.toml")
+    shaken = dataclasses.replace(
+        plate, excitation=hv.Excitation(acceleration_file=str(EXAMPLES / "shake.csv"))
+    )
+    scene = shaken.with_load(netlist="bridge", parameters={"R": "1.5 Mohm", "C": "1 uF"})
+    answer = hv.Cheapest(within=0.1).run(scene)
+    assert asked == ["compiled"]
+    assert {"within_record_join", "record_join"} <= {said.code for said in answer.diagnostics}
+    assert answer.mean_power.model > 0.1 * answer.mean_power.value

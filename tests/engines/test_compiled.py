@@ -149,7 +149,7 @@ def test_a_target_leaves_room_for_the_difference(tmp_path, monkeypatch):
     for difference in (0.005, 0.03):
         monkeypatch.setattr(
             "harvester.engines.spice.difference.difference_from_ngspice",
-            lambda *_, difference=difference: {"V2": difference, "load": difference},
+            lambda *_, difference=difference, **__: {"V2": difference, "load": difference},
         )
         answers.append(hv.Compiled(within="1%", seed=1).run(scene))
     within, beyond = answers
@@ -157,6 +157,16 @@ def test_a_target_leaves_room_for_the_difference(tmp_path, monkeypatch):
     assert beyond.mean_power.known_error95 > 0.03 * beyond.mean_power.value
     assert any("the difference from ngspice is 3 %" in str(warning) for warning in beyond.warnings)
     assert not any("was not reached" in str(warning) for warning in within.warnings)
+
+
+@pytest.mark.ngspice
+def test_ngspice_is_asked_again_with_the_time_that_a_loose_target_leaves(tmp_path, monkeypatch):
+    """Its share of the budget was too short for its runs, and the difference was left unknown."""
+    monkeypatch.setattr("harvester.engines.spice.difference.SHARE", 1e-4)
+    scene = on_plate(tmp_path, BRIDGE.format("1N4148") + STORE)
+    power = hv.Compiled(within="20%", budget="60s", seed=1).run(scene).mean_power
+    assert power.model is not None
+    assert power.error95 is not None and power.error95 <= 0.2 * power.value
 
 
 @pytest.mark.ngspice

@@ -40,6 +40,7 @@ def difference_from_ngspice(
     settling: float,
     options: MonteCarloOptions,
     enough: float = 0.0,
+    seconds: float | None = None,
 ) -> dict[str, float]:
     """The relative differences of E[V^2] ("V2") and of the load's power ("load"), the largest at 95 %.
 
@@ -50,14 +51,16 @@ def difference_from_ngspice(
     the part 1 - exp(-t/(R C)) of its difference has developed, and the difference is divided by it.
 
     Half of the runs are enough if they show that the load's power differs by less than ``enough``.
-    Runs that have not ended in `SHARE` of the budget are left out.  Empty if ngspice is
-    missing or gives no answer, or if fewer than `FEWEST` are left.
+    Runs that have not ended in ``seconds``, or by default in `SHARE` of the budget, are left out.
+    Empty if ngspice is missing or gives no answer, or if fewer than `FEWEST` are left.
     """
     circuit, device = _beside(problem, h)
     budget = number(options.budget)
+    if seconds is None:
+        seconds = math.inf if budget is None else SHARE * budget
     n_steps = math.ceil((settling + AVERAGED) / h)
     seeds = np.random.SeedSequence([options.seed, 5]).spawn(RUNS)
-    deadline = math.inf if budget is None else time.monotonic() + SHARE * budget
+    deadline = time.monotonic() + seconds
     jobs = [
         (seed, n_steps, settling, deadline, start)
         for seed, start in zip(seeds, starts, strict=False)

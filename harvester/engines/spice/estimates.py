@@ -21,7 +21,7 @@ from harvester.engines.spice.setup import SpiceSetup, stand_in
 from harvester.engines.spice.steady import Steady
 from harvester.equations.problem import Problem
 from harvester.errors import OutOfTimeError
-from harvester.linear.record_doubts import record_doubts
+from harvester.linear.record_doubts import join_beyond, record_doubts
 from harvester.linear.transfer import phase_to_base
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.messages.unknown_parts import CUT_SHORT, WITHOUT_NGSPICE
@@ -126,6 +126,7 @@ def steady_estimate(
     diagnostics = [
         *ledger_remarks(2 * [last.ledger]),
         *record_doubts(problem.equations),
+        join_beyond(problem.equations, within),
         None if within is None else missed(within, power),
         note("comes_back", periods=last.turns, from_before=steady.continued),
         steady.unknown or note("steady_errors"),
