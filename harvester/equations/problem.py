@@ -106,6 +106,19 @@ class LoadResistance(LoadWithCircuit):
     """A load resistance, which is a part of the equations."""
 
 
+class LoadOfMu(LoadResistance):
+    """The load resistance (ohm) of a nondimensional scene's mu; its size matters to a circuit alone."""
+
+    def __init__(self, resistance: float) -> None:
+        self._resistance = resistance
+        self._capacitance = None
+
+    @cached_property
+    def table(self) -> Load:  # type: ignore[override]
+        """The table of its scene; InputError if ngspice cannot compute with the resistance."""
+        return Load(resistance=self._resistance)
+
+
 class LoadNetlist(LoadWithCircuit):
     """A netlist."""
 
@@ -154,7 +167,7 @@ def load_of(scene: Scene, equations: Equations, scales: Scales) -> AnyLoad:
         return kind(scene.load, scales.capacitance)
     if equations.load is None:
         return OpenCircuit()
-    return LoadResistance(Load(resistance=scales.resistance(equations.load)))
+    return LoadOfMu(scales.resistance(equations.load))
 
 
 class Problem:
