@@ -120,7 +120,11 @@ def for_circuit(
     """
     which = [which] if isinstance(which, str | Engine) else which
     known = dict(zip(which, engines_of(which), strict=True))
-    formulas = [engine.NAME for engine in known.values() if engine.is_formula]
+    formulas = [
+        engine.NAME
+        for engine in known.values()
+        if engine.is_formula and problem.load.refused_by_formulas(engine.NAME)
+    ]
     instead = [
         kind.NAME for kind in (Ideal, Compiled) if formulas and kind.refusal(problem) is None
     ][:1]
