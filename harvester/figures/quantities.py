@@ -100,7 +100,13 @@ def mark(axis: Axis, key: str, values: Any, logarithmic: bool) -> float:
 
 
 def logarithm(axis: Axis, prefixes: bool = False) -> None:
-    """Make an axis logarithmic: ticks 1 k, 10 k, 1 M (``prefixes``), or 0.001, 0.1, 100, 10⁻⁵."""
+    """Make an axis logarithmic: ticks 1 k, 10 k, 1 M (``prefixes``), or 0.001, 0.1, 100, 10⁻⁵.
+
+    Limits of the user's axes at 0 or below, which a logarithm lacks, are chosen anew.
+    """
+    if min(axis.get_view_interval()) <= 0.0:
+        axis.set_inverted(inverted=False)
+        axis.axes.autoscale(axis=axis.axis_name)  # type: ignore[attr-defined]
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")  # type: ignore[attr-defined]
     axis.set_major_formatter(_TickFormat(prefixes))
     axis.set_minor_formatter(_TickFormat(prefixes))

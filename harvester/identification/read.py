@@ -197,7 +197,7 @@ def _responses(
                 mine = SHORT
             every = np.full(len(f), 0.0 if mine is None else mine) if loads is None else loads
             for resistance in np.unique(every[~np.isnan(every)]):
-                _refuse_shorted(of, resistance, label, key)
+                _refuse_shorted(of, resistance, label, key, loads is not None)
                 good = finite(f, size) & (f > 0.0) & (np.abs(size) > 0.0) & (every == resistance)
                 if phase is not None:
                     good &= np.isfinite(phase)
@@ -214,13 +214,21 @@ def _responses(
     return list(responses)
 
 
-def _refuse_shorted(of: str, load: float, label: str, key: str) -> None:
-    """Refuse a voltage in short circuit, which is 0 for each device."""
+def _refuse_shorted(of: str, load: float, label: str, key: str, in_column: bool) -> None:
+    """Refuse a voltage in short circuit, which is 0 for each device.
+
+    A column of loads precedes the load behind the name.
+    """
     if of == "voltage" and load == SHORT:
+        remedy = (
+            "delete the rows whose load is 0"
+            if in_column
+            else "write the load of the measurement behind the name, as in "
+            f"{shown(label + '@100k')}"
+        )
         raise InputError(
             f"{key} must have a voltage over a load above 0, but has one in short circuit, "
-            "a voltage of 0: write the load of the measurement behind the name, as in "
-            f"{shown(label + '@100k')}"
+            f"a voltage of 0: {remedy}"
         )
 
 

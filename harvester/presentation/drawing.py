@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from harvester.errors import invalid
+from harvester.errors import InputError, invalid, shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,7 +38,8 @@ def draw(result: object, title: str | None, ax: "Axes | None" = None, **options:
     figure is returned.  Text that is set later may hold formulas between dollar signs, as in any
     figure of matplotlib; its own is drawn unchanged.
 
-    Raises InputError if ``ax`` are not the axes of a plane.
+    Raises InputError if ``ax`` are not the axes of a plane, or have names at their ticks, as
+    bars have.
     """
     import matplotlib.axes
     import matplotlib.text
@@ -52,6 +53,7 @@ def draw(result: object, title: str | None, ax: "Axes | None" = None, **options:
         return plot
     if not isinstance(ax, matplotlib.axes.Axes) or ax.name != "rectilinear":
         raise invalid("`ax`", "be the Axes of a plane, as matplotlib's `subplots` returns them", ax)
+    _refuse_named_ticks(ax)
     given = UsersAxes(ax)
     token = GIVEN.set(given)
     try:
@@ -63,6 +65,26 @@ def draw(result: object, title: str | None, ax: "Axes | None" = None, **options:
     figure = ax.get_figure(root=True)
     assert figure is not None
     return figure
+
+
+def _refuse_named_ticks(ax: "Axes") -> None:
+    """Refuse axes with bars or others at ticks that have names: no curve has their scale."""
+    from matplotlib.category import StrCategoryLocator
+    from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter
+
+    if not ax.has_data():
+        return
+    for axis in (ax.xaxis, ax.yaxis):
+        tick_places = axis.get_major_locator()
+        labels = axis.get_major_formatter()
+        fixed = isinstance(tick_places, FixedLocator)
+        named = fixed and isinstance(labels, FixedFormatter | FuncFormatter)
+        if named or isinstance(tick_places, StrCategoryLocator):
+            texts = [text.get_text() for text in axis.get_ticklabels()]
+            raise InputError(
+                f"`ax` must have axes of numbers, but its {axis.axis_name} axis has the names "
+                f"{', '.join(map(shown, texts))}: draw into other axes"
+            )
 
 
 def _with_formulas(texts: "Iterable[Text]") -> None:

@@ -27,6 +27,7 @@ from harvester.records.record_columns import (
     named,
     refuse_words,
     unit_against_gravity,
+    with_steps,
 )
 from harvester.records.record_facts import NO_FACTS, AskedError, RecordFacts
 from harvester.records.record_times import FEWEST, ascending, even, joined, longest_part, recordings
@@ -145,7 +146,7 @@ def clean(path: str, facts: RecordFacts = NO_FACTS, part: Part | None = None) ->
     table = read_table(path, "FILE")
     notes = [table.layout, *table.notes]
     warnings = list[Diagnostic]()
-    table = chosen_rows(named(table, notes), facts.where)
+    table = chosen_rows(with_steps(named(table, notes), notes), facts.where)
     column = axis_column(table, facts.axis)
     values = accelerations(table, column, facts.unit, notes)
     warnings += unit_against_gravity(table, column, facts.unit)

@@ -9,7 +9,7 @@ import io
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from harvester.quantities.kinds import Kind
 from harvester.quantities.units import LARGEST, prefix_factor
 from harvester.records.csv_cells import columns_of, refuse_ragged, rows_of
 from harvester.records.csv_layout import Layout, layout
+from harvester.records.json_records import as_csv
 from harvester.records.plain_text import decoded, most_cells, refuse_forms
 from harvester.records.preamble import NOTHING, Preamble
 
@@ -162,6 +163,8 @@ def read_table(path: str | Path, argument: str, most: int = MOST_BYTES) -> CsvTa
 
 def table_of_text(text: str, path: str | Path, argument: str) -> CsvTable:
     """The table of the text of a file; raises as `read_table`."""
+    rewritten = as_csv(text, shown(str(path)), argument)
+    text = text if rewritten is None else rewritten
     refuse_forms(text, path, argument)
     if (widest := most_cells(text)) > MOST_COLUMNS:
         raise InputError(
@@ -184,7 +187,8 @@ def table_of_text(text: str, path: str | Path, argument: str) -> CsvTable:
             f"{argument} must have settings above its numbers, but {shown(str(path))} has "
             f"{rows.beside} rows of numbers next to them: delete the columns of settings"
         )
-    return table_of(rows, "\n".join(rows.rows), path, argument)
+    table = table_of(rows, "\n".join(rows.rows), path, argument)
+    return table if rewritten is None else replace(table, layout=note("json_records"))
 
 
 def table_of(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable:

@@ -10,7 +10,7 @@ from harvester.records.time_units import UNITS
 
 AXES = ("x", "y", "z")
 _TIMES = frozenset(
-    ("time", "t", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec")
+    ("time", "t", "ts", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec")
 )
 _STAMPS = frozenset(("timestamp", "timestamps", "datetime"))  # times, at any place in a name
 _TIMES |= {"zeit", "uhrzeit", "temps", "tijd", "tiempo", "tempo", "relative", "epoch", "clock"}

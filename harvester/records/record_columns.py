@@ -16,7 +16,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.presentation.diagnostic import Diagnostic, note, warning
-from harvester.quantities.kinds import ACCELERATION
+from harvester.quantities.kinds import ACCELERATION, TIME
 from harvester.quantities.units import split_unit
 from harvester.records.csv_layout import MISSING
 from harvester.records.csv_table import CsvColumn, CsvTable
@@ -25,6 +25,8 @@ from harvester.records.preamble import is_spectral
 from harvester.records.record_facts import AskedError
 
 GRAVITIES = {"m/s^2": 9.80665, "g": 1.0, "mg": 1000.0, "mm/s^2": 9806.65, "cm/s^2": 980.665}
+_START = "x0"  # names of the start and the step of the times
+_STEP = "dx"
 NEAR_GRAVITY = 0.06  # of gravity: how near the mean of a sensor at rest is to it
 _RANGE = re.compile(r"[±+\-/ ]*(\d+(?:\.\d+)?)\s*([mµu]?[gG]|m/s\^?2|m/s²)")
 INTERLEAVED = 0.05  # share of rows at which a word changes, from which on sensors alternate
@@ -57,6 +59,30 @@ def named(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
     notes.append(note("no_names", names=", ".join(names)))
     columns = tuple(replace(column, head=heads.get(column.index, "")) for column in table.columns)
     return replace(table, columns=columns)
+
+
+def with_steps(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
+    """The table without columns X0 and dX, whose first numbers are the start and the step of the times.
+
+    Measurement systems such as those of imc write them.  A step without a unit is a period whose
+    unit is open.
+    """
+    starts = table.find(lambda column: column.name.lower() == _START)
+    steps = table.find(lambda column: column.name.lower() == _STEP)
+    if len(starts) != 1 or len(steps) != 1 or table.facts.is_sampled:
+        return table
+    written = steps[0].values[np.isfinite(steps[0].values)]
+    if not written.size or not (written > 0.0).all() or (written != written[0]).any():
+        return table
+    seconds = steps[0].in_si(TIME)
+    period = float(written[0])
+    if seconds is None:
+        facts = replace(table.facts, period=period)
+    else:
+        facts = replace(table.facts, rate=1.0 / float(seconds[np.isfinite(seconds)][0]))
+    notes.append(note("step_in_column", column=steps[0].name))
+    left = tuple(c for c in table.columns if c is not starts[0] and c is not steps[0])
+    return replace(table, columns=left, facts=facts)
 
 
 def _names_by_place(table: CsvTable, first: CsvColumn, numbers: list[CsvColumn]) -> tuple[str, ...]:

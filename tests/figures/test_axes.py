@@ -131,3 +131,32 @@ def test_what_is_no_plane_is_refused():
         with pytest.raises(hv.InputError, match="`ax` must be the Axes of a plane"):
             found.plot(ax=wrong)
     assert len(found.plot().axes) == 1
+
+
+@pytest.mark.parametrize("name", ["bar", "names of one's own"])
+def test_a_curve_over_named_ticks_is_refused(name):
+    """Bars at names have no scale that a sweep could share; nothing is drawn onto them."""
+    found = hv.sweep(PLATE, vary={LOAD: "10k:10M:3"}, engines=["averaged"])
+    _, left, right = _mine()
+    if name == "bar":
+        _answer(name).plot(ax=left)
+    else:
+        left.bar(["one", "two"], [1.0, 2.0])
+    before = left.get_children(), left.get_xscale(), left.get_yscale()
+    with pytest.raises(hv.InputError, match=r"`ax` must have axes of numbers, but its . axis has"):
+        found.plot(ax=left)
+    assert before == (left.get_children(), left.get_xscale(), left.get_yscale())
+    found.plot(ax=right)
+
+
+@pytest.mark.parametrize("limits", [(-10.0, 1e5), (1e5, -10.0), (0.0, 1e5), (1e5, 0.0)])
+def test_limits_that_a_logarithm_lacks_are_chosen_anew(limits):
+    """A range set for a linear axis may begin at 0 or below, or be reversed; the curve is seen whole."""
+    found = hv.sweep(PLATE, vary={LOAD: "10k:10M:3"}, engines=["averaged"])
+    figure, left, _ = _mine()
+    left.plot([1e4, 1e5], [1.0, 2.0])
+    left.set_xlim(limits)
+    found.plot(ax=left)
+    figure.draw_without_rendering()
+    low, high = sorted(left.get_xlim())
+    assert left.get_xscale() == "log" and 0.0 < low <= 1e4 and high >= 1e7

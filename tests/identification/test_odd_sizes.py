@@ -44,6 +44,18 @@ def test_a_voltage_in_short_circuit_is_refused(harvester):
     assert "@100k" in answer[2]
 
 
+def test_a_load_of_0_in_a_column_is_deleted(harvester, tmp_path):
+    """The column precedes a load behind the name; without the row the file is read."""
+    rows = [f"{80 + k},{100 + k},{load}\n" for k in range(16) for load in (0, 1000)]
+    path = tmp_path / "loads.csv"
+    path.write_text("f (Hz),V (V/g),load (ohm)\n" + "".join(rows))
+    answer = harvester("identify", path, "--known", "mass=40g")
+    assert answer[0] == 2
+    assert "delete the rows whose load is 0" in answer[2]
+    path.write_text("f (Hz),V (V/g),load (ohm)\n" + "".join(r for r in rows if ",0\n" not in r))
+    assert "short circuit, a voltage of 0" not in harvester("identify", path)[2]
+
+
 def test_units_change_nothing_of_a_fit(harvester, tmp_path):
     """Hz or GHz, ohm or mohm: the quality factor is that of the file as it is."""
     quality = []

@@ -32,9 +32,9 @@ BOUNDS = [
     ("calls f(*packed)", 1, 0),
     ("calls with seven positional arguments", 7, 7),
     ("questions of which load or how many modes", 92, 60),
-    ("one-importer modules", 86, 25),
+    ("one-importer modules", 87, 25),
     ("lines above 100 columns", 2612, 0),
-    ("thousands of tokens", 623, 445),
+    ("thousands of tokens", 624, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -294,3 +294,26 @@ def test_zeros_before_the_first_sample_are_reported(tmp_path, harvester, zeros, 
         status, out, _ = harvester("record", tmp_path / "a.csv", *start.split(), "--json")
         found = json.loads(out)
         assert (status, found["samples"], found["warnings"]) == (0, COUNT - zeros, [])
+
+
+@pytest.mark.parametrize(
+    "text, begin",
+    [
+        ('{"t": 0, "a": 1}\n{"t": 1, "b": 2}\n', "FILE must have JSON records of the same names"),
+        ('{"t": 0, "a": [1, 2]}\n', "FILE must have JSON records of the same names"),
+        ('{"t": 0, "a": 1}\n{"t": 1,\n', "FILE must have rows of numbers"),
+    ],
+)
+def test_json_that_is_no_table_is_refused(tmp_path, text, begin):
+    """One line names the first record that differs."""
+    (tmp_path / "a.json").write_text(text)
+    with pytest.raises(InputError, match=begin):
+        clean(str(tmp_path / "a.json"))
+
+
+def test_steps_that_differ_are_no_clock(tmp_path):
+    """A column dX of other numbers than one step leaves the rate open."""
+    lines = "".join(f"0,{1 + k % 2},{z:.4f}\n" for k, z in enumerate(Z))
+    (tmp_path / "a.csv").write_text("X0 (s),dX (s),az (g)\n" + lines)
+    with pytest.raises(InputError, match="must be given"):
+        clean(str(tmp_path / "a.csv"), RecordFacts(axis="az"))

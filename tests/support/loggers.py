@@ -3,6 +3,7 @@
 The base shakes with 30 Hz and some noise, at 200 samples per second, with gravity on the z axis.
 """
 
+import json
 import math
 
 import numpy as np
@@ -172,6 +173,22 @@ STATED = {
     ),
     "carriage returns": (("time (s),z (g)\n" + rows(seconds())).replace("\n", "\r"), None),
     "a summary": ("time (s),z (g)\n" + rows(seconds()) + "\nMin,0.55\nMax,1.45\nMean,1.0\n", None),
+    "JSON lines": (
+        "".join(f'{{"t": {t:.3f}, "az (g)": {z:.4f}}}\n' for t, z in zip(T, Z, strict=True)),
+        None,
+    ),
+    "a JSON array": (
+        json.dumps([{"ts": 1930000000000 + 5 * k, "az_g": round(z, 4)} for k, z in enumerate(Z)]),
+        None,
+    ),
+    "start and step in columns": (
+        f"X0 (s);dX (s);az (g)\n0;0.005;{Z[0]:.4f}\n" + "".join(f";;{z:.4f}\n" for z in Z[1:]),
+        None,
+    ),
+    "start and step in each row, a row of units": (
+        "X0,dX,az\nms,ms,g\n" + "".join(f"0,5,{z:.4f}\n" for z in Z),
+        None,
+    ),
     "a rate above": ("Sampling rate (kHz): 0.2\nz (g)\n" + "".join(f"{z:.4f}\n" for z in Z), None),
 }
 
@@ -233,6 +250,12 @@ ASKED = {
         "--axis Az",
         "--unit",
         "0.488 g",
+    ),
+    "JSON lines without a unit": (
+        "".join(f'{{"t": {t:.3f}, "a": {z:.4f}}}\n' for t, z in zip(T, Z, strict=True)),
+        "",
+        "--unit",
+        "g",
     ),
     "two sensors": (
         "time (s),sensor,z (g)\n"
