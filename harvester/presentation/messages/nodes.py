@@ -140,7 +140,7 @@ MESSAGES = {
     "node_error_by_time": "the error of the packets, {error:.3g} per hour, is large: the {seconds:g} s for more runs ended",
     "node_error_by_budget": "the error of the packets, {error:.3g} per hour, is large, as the `budget` of {seconds!t} ended: "
     "give a longer one",
-    "measurement_needs_time": "no answer in a `budget` of {budget!t}, as it needs at least {seconds!t}: give a longer one",
+    "measurement_needs_time": "no answer in a `budget` of {budget!t}: it needs at least {seconds!t}, so give a longer one",
     "shares_left_out": "the `budget` of {budget!t} ended before the yields of these circuits were known: {names}: "
     "give a longer one",
 }
