@@ -4,19 +4,21 @@ Seconds are without compilation, and CPU time, as the machine may have other wor
 """
 
 import time
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 
 import pytest
 
 import harvester as hv
-from harvester.errors import InputError, SimulationError
+from harvester.errors import InputError
+from harvester.machine.progress import NoProgress
+from harvester.storage import measured_current, time_limit
 from harvester.storage.time_limit import TimeLimit, TooLittleTimeError, check_time, limited
 from harvester.storage.time_limit import working_seconds as working
+from harvester.studies.design import yield_share
 from tests.support.own_board import noisy_node
 from tests.support.paths import EXAMPLES
 
 MARGIN = 1.5  # times the budget
-TRIES = 5
 NOISY = noisy_node(load=hv.Load(netlist="doubler", parameters={}))
 SENSOR = EXAMPLES / "bimorph_sensor.toml"
 NEEDS = "40 uW at 3.3 V"
@@ -60,30 +62,39 @@ def test_a_design_without_time_for_a_circuit_has_no_answer():
         hv.design(SENSOR, needs=NEEDS, circuits=["bridge"], budget=0.001)
 
 
-@pytest.mark.slow
-def test_circuits_whose_yield_is_late_are_named():
-    """Both yields need about the same time, so that a budget of 75 % has the first and not the second.
+class HourOfReport(NoProgress):
+    """A clock that advances by an hour with each report of progress, as the time of a machine does not repeat."""
 
-    On a busy machine the time changes by more between two designs, for which there are `TRIES`.
-    """
-    circuits = ["bridge", "doubler"]
-    asked = {"needs": NEEDS, "spread": "frequency=2Hz", "circuits": circuits}
-    hv.design(SENSOR, **asked)
-    late = []
-    for _ in range(TRIES):
-        begin = working()
-        whole = hv.design(SENSOR, **asked)
-        budget = 0.75 * (working() - begin)
-        assert all(each.share_met is not None for each in whole.candidates)
-        with suppress(InputError, SimulationError), ending_within(budget):
-            part = hv.design(SENSOR, budget=budget, **asked)
-            late = [said for said in part.diagnostics if said.code == "shares_left_out"]
-            if late:
-                break
+    def __init__(self):
+        self.begin = working()
+        self.reports = 0
+
+    def step(self, done=1, what=""):
+        """Count a report."""
+        self.reports += 1
+
+    def seconds(self):
+        """The time in place of `working_seconds`."""
+        return self.begin + 3600.0 * self.reports
+
+
+@pytest.mark.slow
+def test_circuits_whose_yield_is_late_are_named(monkeypatch):
+    """Each yield needs `NODES` hours, and the powers of the two circuits need one hour each."""
+    asked = {"needs": NEEDS, "spread": "frequency=2Hz", "circuits": ["bridge", "doubler"]}
+    whole = hv.design(SENSOR, **asked)
+    clock = HourOfReport()
+    for module in (time_limit, measured_current, yield_share):
+        monkeypatch.setattr(module, "working_seconds", clock.seconds)
+    hours = 2 + 1.5 * yield_share.NODES
+    part = hv.design(SENSOR, budget=3600.0 * hours, execution=hv.Execution(progress=clock), **asked)
+    late = [said for said in part.diagnostics if said.code == "shares_left_out"]
     assert [said.numbers["names"] for said in late] == ["doubler"]
     known = {each.circuit: each.share_met for each in part.candidates}
     assert known["doubler"] is None
     assert known["bridge"] == {each.circuit: each.share_met for each in whole.candidates}["bridge"]
+    assert known["bridge"] is not None
+    assert hours < clock.reports <= hours + 1
 
 
 def test_a_pace_that_is_hopeless_ends_the_work_at_once():
