@@ -9,6 +9,7 @@ to a hundredth of a second.
 """
 
 import argparse
+import contextlib
 import os
 import resource
 import statistics
@@ -32,12 +33,22 @@ def busy():
 
 def children(pid):
     """Processor seconds of the living processes that a process has started, and of their own."""
-    ticks = 0
-    for task in Path(f"/proc/{pid}/task").iterdir():
-        for child in (task / "children").read_text().split():
-            fields = Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()
-            ticks += sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK") + children(child)
-    return ticks
+    seconds = 0
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        # A thread or a process may end between its listing and its reading.
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+            for child in task.read_text().split():
+                seconds += of_process(child) + children(child)
+    return seconds
+
+
+def of_process(pid):
+    """Processor seconds of a process and of those that it has waited for; 0 if it has ended."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except (FileNotFoundError, ProcessLookupError):
+        return 0.0
+    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
 
 
 def measured(name, within, seeds):
