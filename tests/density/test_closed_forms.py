@@ -23,6 +23,15 @@ def means(eqs, within):
     return dict(zip(NAMES, answer.means, strict=True))
 
 
+def test_progress_grows_to_the_whole():
+    """A solution reports how far its error has come, in no step backwards, and 1 at its target."""
+    reported = []
+    assert refined(linear(0.05, 1.0), 1e-4, progress=reported.append).share <= 1e-4
+    assert reported == sorted(reported)
+    assert reported[0] > 0.0
+    assert reported[-1] == 1.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("beta", "mu", "within"),

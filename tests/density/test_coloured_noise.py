@@ -5,8 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import lu_factor
 
 import harvester as hv
+from harvester.density import coupled_modes
 from harvester.density.box import settled
 from harvester.density.first_passages import displacement_rate
 from harvester.density.functionals import NAMES
@@ -90,6 +92,22 @@ def test_hops_between_wells_are_those_of_a_path():
     spent = float(path.time[-1])
     assert hops > 100
     assert abs(hops - told.value * spent) < 4.0 * math.hypot(math.sqrt(hops), told.model * spent)
+
+
+@pytest.mark.parametrize("noise_modes", [1, 3])
+def test_memory_is_that_of_the_factors(monkeypatch, noise_modes):
+    """A budget and a limit of memory are judged by it: a factor of each mode and each element of x."""
+    held = []
+
+    def counted(block, **options):
+        held.append(block.nbytes)
+        return lu_factor(block, **options)
+
+    monkeypatch.setattr(coupled_modes, "lu_factor", counted)
+    free = changed(LINEAR, beta=None, mu=None)
+    _, found = solved(free, 1, noise_modes)
+    elements = len(found.form.mesh.x_breaks) - 1
+    assert found.form.memory == sum(held[-elements:])
 
 
 def test_no_answer_within_a_budget_is_said_at_once():

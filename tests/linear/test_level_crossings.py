@@ -1,6 +1,7 @@
 """Rice's rate and the largest value over a time, against a long path of the same linear device."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -54,6 +55,19 @@ def test_bandwidth_of_a_sharp_resonance():
     """q^2 = 4 zeta/pi for a lightly damped oscillator (Vanmarcke, 1972), c = 2 zeta."""
     x, _ = peaks(systems.linear(1e-9, 1.0, 0.002))
     assert x.bandwidth == pytest.approx(math.sqrt(4.0 * 0.001 / math.pi), rel=0.02)
+
+
+@pytest.mark.parametrize("damping", [1e-6, 1e-3, 0.3])
+@pytest.mark.parametrize(("beta", "mu"), [(None, None), (0.1, 1e-3)])
+def test_bandwidth_by_its_closed_form(damping, beta, mu):
+    """q^2 = 1 - (1 - (2/pi) arctan(z/sqrt(1 - z^2)))^2/(1 - z^2), z the damping ratio; mu dissipates, too."""
+    stiffness = 1.0 + (beta or 0.0)
+    dissipated = damping + (beta or 0.0) * (mu or 0.0) / stiffness
+    z = 0.5 * dissipated / math.sqrt(stiffness)
+    angle = 2.0 / math.pi * math.atan(z / math.sqrt(1.0 - z * z))
+    q = math.sqrt(1.0 - (1.0 - angle) ** 2 / (1.0 - z * z))
+    eqs = replace(systems.linear(0.0, 1.0, damping), beta=beta, mu=mu)
+    assert peaks(eqs)[0].bandwidth == pytest.approx(q, rel=2e-3)
 
 
 def test_short_times_have_no_peak():

@@ -9,6 +9,7 @@ import harvester as hv
 from harvester.averaging.two_scale import densities
 from harvester.averaging.two_scale.cycles import Orbits
 from harvester.averaging.two_scale.law import solve, solve_many
+from harvester.averaging.two_scale.second_order import stated_error
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError
 from tests.support.coupled import coupled
@@ -304,6 +305,14 @@ def test_impacts_that_take_much_are_within_two_per_cent_of_the_density(mu):
     assert hv.Averaged().run(impacts).mean_square_voltage.value == pytest.approx(
         exact.value, rel=0.02
     )
+
+
+def test_a_piezo_that_holds_too_much_adds_the_whole_at_most():
+    """Beyond q = 0.22 the stated error grows by a term that reaches 1, and grows no further by the impacts' loss."""
+    without, half, much = stated_error(np.full(3, 0.5), np.array([0.22, 0.32, 2.0]), np.zeros(3))
+    per_q = 0.2 * (1.0 + 0.5)
+    assert half - without == pytest.approx(per_q * 0.1 + 8.0 * 0.1 * 0.6)
+    assert much - without == pytest.approx(per_q * 1.78 + 1.0)
 
 
 @pytest.mark.thorough("test_stated_error_is_the_real_one")
