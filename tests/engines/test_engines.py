@@ -18,6 +18,7 @@ from harvester.errors import (
     MissingProgramError,
     UnboundedResponseError,
 )
+from harvester.presentation.diagnostic import has
 from harvester.studies.compare import compare
 from harvester.studies.stability.exponent import stability
 from harvester.uncertainty.value import Value, z_score
@@ -183,6 +184,19 @@ def test_within_is_reached_and_told():
     assert "was not reached" in str(short.warnings[-1])
 
 
+def test_the_variance_of_an_open_circuit_is_doubted_only_there():
+    """`averaged` at a stop without a load says so; a load, or a linear scene, leaves no doubt of it."""
+    doubts = {
+        name: has(hv.Averaged().run(scene(eqs)).warnings, "open_circuit_variance")
+        for name, eqs in {
+            "open with a stop": changed(PAPER, mu=None, beta=None),
+            "loaded with a stop": PAPER,
+            "linear": linear(0.05, 1.0),
+        }.items()
+    }
+    assert doubts == {"open with a stop": True, "loaded with a stop": False, "linear": False}
+
+
 BRIDGE = PLATE.with_load(hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "0.3 uF"}))
 
 
@@ -193,6 +207,7 @@ def test_netlist_load():
     assert 0 < answer.mean_power.value < 0.04 * 1e-5 * 9.80665**2 / 4
     assert 0.0 < answer.mean_power.bias < 0.01 * answer.mean_power.value
     assert "circuit without ngspice" in answer.reason
+    assert answer.details["duration"] == pytest.approx(10.0, rel=0.01)
     for engine in (hv.Published(), hv.Ensemble()):
         with pytest.raises(CannotServeError, match="use engine 'spice'"):
             engine.run(BRIDGE)

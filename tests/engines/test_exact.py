@@ -34,6 +34,8 @@ def test_the_amplitudes_under_a_sinusoid_are_those_of_an_integration():
     details = answer.details
     assert math.isclose(details["displacement_amplitude"], np.abs(path[0]).max(), rel_tol=1e-5)
     assert math.isclose(details["voltage_amplitude"], np.abs(path[2]).max(), rel_tol=1e-5)
+    biases = {details[name] for name in details if name.endswith("_bias")}
+    assert biases == {0.0}
     assert math.isclose(
         details["displacement_rms"], math.sqrt(np.mean(path[0, :-1] ** 2)), rel_tol=1e-6
     )
