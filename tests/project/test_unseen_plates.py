@@ -70,3 +70,13 @@ def test_the_file_has_the_predictions_of_the_plate():
         logs = [np.log(one.values) for one in (first, second)]
         error = math.hypot(*(1.2533 * log.std() / math.sqrt(len(log)) for log in logs))
         assert abs(np.median(logs[0]) - np.median(logs[1])) < 4.0 * error
+
+
+def test_the_page_has_the_judgement_of_the_plate():
+    """Its rows are those that the command prints now: three powers, of which three intervals hold."""
+    cantilevers = importlib.import_module("unseen_cantilevers")
+    lines = list(cantilevers.judgement(cantilevers.judged(["D25"])))
+    begin = cantilevers.BEGIN.format("plates")
+    page = cantilevers.PAGE.read_text().partition(begin)[2].partition(cantilevers.END)[0]
+    assert page.strip().splitlines() == lines
+    assert [line.split(" | ")[-1] for line in lines[2:]] == ["yes |"] * 3
