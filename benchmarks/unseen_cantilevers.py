@@ -22,7 +22,7 @@ they give at half or twice that load: 1/(1 + (d/0.1)^2), with d the logarithm of
 
 import math
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,7 +40,7 @@ from harvester.studies.prediction.priors import data, prior_of
 from harvester.studies.tolerance.design import sobol_points
 
 PAGE = Path(__file__).parent.parent / "docs" / "prediction_width.md"
-BEGIN, END = "<!-- by benchmarks/unseen_cantilevers.py --page -->", "<!-- end -->"
+BEGIN, END = "<!-- by benchmarks/unseen_{}.py --page -->", "<!-- end -->"
 DRAWS = 1024
 FLAT = 0.1  # of the logarithm of a power: how well a best load is known
 LEAST_LEFT = 0.2  # of a measured loss that the load does not explain
@@ -244,11 +244,10 @@ class Judged:
         return (self.high / self.low) ** (1.0 if self.unit.endswith("W") else 2.0)
 
 
-def judged() -> list[Judged]:
-    """The quantities of these devices that have a measured value."""
-    devices = table()
+def judged(devices: Collection[str]) -> list[Judged]:
+    """The quantities of devices that have a measured value; the script ends if there is none."""
     measured = {(one["device"], one["what"]): one["value"] for one in rows("measured_later.csv")}
-    return [
+    found = [
         Judged(
             device=one["device"],
             quantity=one["quantity"],
@@ -261,10 +260,15 @@ def judged() -> list[Judged]:
         for one in rows("predicted.csv")
         if one["device"] in devices and measured.get((one["device"], one["quantity"]))
     ]
+    if not found:
+        sys.exit(
+            f"benchmarks/measured_later.csv must have values of {', '.join(devices)}, but has none yet"
+        )
+    return found
 
 
 def judgement(some: Sequence[Judged]) -> Iterator[str]:
-    """The lines of the page: a row for each quantity, then coverage and width by class and by damping."""
+    """The lines of the page: a row for each quantity."""
     yield "| number | predicted | 95 % of devices | measured | measured over predicted | holds |"
     yield "|---|---|---|---|---|---|"
     for one in some:
@@ -272,6 +276,10 @@ def judgement(some: Sequence[Judged]) -> Iterator[str]:
         off = two_digits(float(one.measured) / one.predicted)
         holds = "yes" if one.holds else "no"
         yield f"| {one.quantity} | {cells} | {one.measured} | {off} | {holds} |"
+
+
+def by_group(some: Sequence[Judged]) -> Iterator[str]:
+    """The lines of the page: coverage and width of the cantilevers by class and by damping."""
     yield ""
     yield "| devices | hold | coverage (95 % of the binomial) | median width of a power |"
     yield "|---|---|---|---|"
@@ -291,24 +299,22 @@ def judgement(some: Sequence[Judged]) -> Iterator[str]:
         yield f"| {title} | {met} of {len(part)} | {coverage} | {width} |"
 
 
-def judge(into_page: bool) -> None:
-    """Print the judgement, and put it between the markers of the page."""
-    some = judged()
-    if not some:
-        sys.exit("benchmarks/measured_later.csv must have values of D10 to D24, but has none yet")
-    lines = list(judgement(some))
+def judge(script: str, lines: Sequence[str], into_page: bool) -> None:
+    """Print the lines of a judgement, and put them between the markers of the script in the page."""
     print(*lines, sep="\n")
     if into_page:
-        before, marker, rest = PAGE.read_text().partition(BEGIN)
+        begin = BEGIN.format(script)
+        before, marker, rest = PAGE.read_text().partition(begin)
         if not marker:
-            sys.exit(f"{PAGE.name} must have the line {BEGIN}, but lacks it")
-        PAGE.write_text("\n".join([f"{before}{BEGIN}", *lines, f"{END}{rest.partition(END)[2]}"]))
+            sys.exit(f"{PAGE.name} must have the line {begin}, but lacks it")
+        PAGE.write_text("\n".join([f"{before}{begin}", *lines, f"{END}{rest.partition(END)[2]}"]))
 
 
 def main() -> None:
     """Compute, print, and with --write write the rows; with --judge compare them with the measured values."""
     if "--judge" in sys.argv:
-        judge("--page" in sys.argv)
+        some = judged(table())
+        judge("cantilevers", [*judgement(some), *by_group(some)], "--page" in sys.argv)
         return
     names = [name for name in sys.argv[1:] if not name.startswith("-")]
     made = []

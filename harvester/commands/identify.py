@@ -26,11 +26,6 @@ SHEET = [
     cloup.option("--capacitance", metavar="VALUE", help="Clamped capacitance, such as 30 nF."),
     cloup.option("--q", metavar="VALUE", help="Quality factor, such as 60.  Default: a prior."),
     *single_points(),
-    cloup.option(
-        "--prior",
-        metavar="CLASS",
-        help="Class of the device, for spreads: bulk (default), composite, film or polymer.",
-    ),
 ]
 
 

@@ -69,13 +69,16 @@ def _datasheet_options(command: Callable[..., Any]) -> Callable[..., Any]:
     "--piezo-thickness 0.26mm --tip-mass 12g --piezo PZT-5A --substrate brass --damping-ratio 2.7%",
     "harvester new mine.toml --mass '4 g' --frequency '60 Hz' --q 60 --capacitance '30 nF' "
     "--open-circuit-voltage '21 V at 0.25 g'",
+    "harvester new mine.toml --frequency '60 Hz' --open-circuit-frequency '61 Hz' --capacitance '30 nF' "
+    "--open-circuit-voltage '21 V at 0.25 g' --prior bulk",
     "harvester new mine.toml --mass '40 g' --stiffness '16 N/m' --damping-ratio 0.004 --coupling '1e-3 N/V' "
     "--capacitance '50 nF' --netlist bridge --parameter R='1 Mohm' --parameter C='1 uF'",
 )
 @cloup.argument("file", help="The scene file to write, such as mine.toml.")
 @_datasheet_options
 @cloup.option_group(
-    "Single points of a datasheet (each instead of a coupling, a damping or a mass)",
+    "Single points of a datasheet (each instead of a coupling, a damping or a mass; a damping "
+    "that is still left out has a prior)",
     *single_points(),
 )
 @geometry_options
@@ -95,6 +98,7 @@ def new(
     title: str | None,
     force: bool,
     as_json: bool,
+    prior: str | None,
     **values: Any,
 ) -> None:
     """Write the scene FILE of your device, from options or questions, and explain its numbers.
@@ -111,7 +115,7 @@ def new(
     beam, modes = take(values) or (None, 1)
     texts = {name: value for name, value in values.items() if value is not None}
     made = None if beam is None else _from_geometry(beam, modes, texts)
-    by_points = _from_points(texts)
+    by_points = _from_points(texts, prior)
     if missing(texts) and sys.stdin.isatty():
         from harvester.commands.questions import ask, ask_title
 
@@ -155,18 +159,31 @@ def new(
     )
 
 
-def _from_points(texts: dict[str, str]) -> "list[Diagnostic]":
-    """Put the values that single points give among the texts, and state them."""
+def _from_points(texts: dict[str, str], prior: str | None) -> "list[Diagnostic]":
+    """Put the values that single points and a prior give among the texts, and state them."""
     from harvester.devices.device import known_values
-    from harvester.linear.single_points import POINTS, UNITS, solve
+    from harvester.linear.single_points import POINTS, UNITS, left_out, solve
     from harvester.presentation.diagnostic import note, warning
+    from harvester.studies.prediction.priors import DEFAULT_CLASS, unknown_quality
 
     points = {name: texts.pop(name) for name in POINTS if name in texts}
     if not points:
+        if prior is not None:
+            raise InputError(
+                "--prior must be used with --open-circuit-voltage or --power-at-load, but there is none"
+            )
         return []
-    solved = solve(known_values(texts), points)
+    known = known_values(texts)
+    left = left_out(known)
+    said = []
+    if "q" in left and len(left) > len(points):
+        quality, spread = unknown_quality(prior or DEFAULT_CLASS)
+        texts["q"] = f"{quality:.7g}"
+        known["q"] = quality
+        said = [note("damping_has_a_prior", "damping", quality=quality, spread=spread)]
+    solved = solve(known, points)
     texts |= {name: f"{value:.7g}" for name, value in solved.values.items()}
-    said = [
+    said += [
         note(
             "from_points", name, value=value, unit=UNITS[name], points=" and ".join(points.values())
         )

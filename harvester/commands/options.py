@@ -212,4 +212,10 @@ def single_points() -> list[Callable[..., Any]]:
             metavar="POINT",
             help="Mean power at the best frequency, such as '1.2 mW at 15 kohm and 0.25 g'.",
         ),
+        cloup.option(
+            "--prior",
+            metavar="CLASS",
+            help="Class of the device, for a damping that is left out: bulk (default), composite, "
+            "film or polymer.",
+        ),
     ]

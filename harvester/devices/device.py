@@ -77,27 +77,22 @@ def read(name: str, text: str) -> float:
 def known_values(texts: Mapping[str, str]) -> dict[str, float]:
     """The fields of a linear device in SI units, as far as the texts give them.
 
+    A pair of resonances gives ``beta``, theta^2/(K Cp), in place of the coupling.
+
     Raises InputError for a text that is not a value.
     """
     names = (*("mass", "stiffness", "frequency", "damping_ratio", "q", "capacitance"), "coupling")
     values = {name: read(name, texts[name]) for name in names if name in texts}
-    square = None
-    if "frequency" in values:
-        square = (2.0 * math.pi * values["frequency"]) ** 2
-    if "stiffness" in values and "mass" in values and square is None:
-        values["frequency"] = math.sqrt(values["stiffness"] / values["mass"]) / (2.0 * math.pi)
-    if "stiffness" in values and "mass" not in values and square is not None:
-        values["mass"] = values["stiffness"] / square
+    if "stiffness" in values and ("mass" in values or "frequency" in values):
+        if "mass" in values:
+            values["frequency"] = _short_circuit(values)[1]
+        else:
+            values["mass"] = values["stiffness"] / (2.0 * math.pi * values["frequency"]) ** 2
     if values.get("damping_ratio", 0.0) > 0.0:
         values["q"] = 0.5 / values["damping_ratio"]
-    if "open_circuit_frequency" in texts and {"mass", "frequency", "capacitance"} <= set(values):
-        both = {
-            **values,
-            "open_circuit_frequency": read(
-                "open_circuit_frequency", texts["open_circuit_frequency"]
-            ),
-        }
-        values["coupling"] = float(_piezo(both, {"capacitance": 0.0})[0].value)  # type: ignore[arg-type]
+    other = "open_circuit_frequency"
+    if other in texts and "frequency" in values:
+        values["beta"] = _beta(values["frequency"], read(other, texts[other]))
     return values
 
 
@@ -262,13 +257,18 @@ def _piezo(values: dict[str, float], written: dict[str, float | str]) -> list[En
         ]
     stiffness, short = _short_circuit(values)
     open_circuit = values["open_circuit_frequency"]
+    coupling = math.sqrt(stiffness * values["capacitance"] * _beta(short, open_circuit))
+    word = f"N/V: coupling^2 = stiffness capacitance ((f_oc/f_sc)^2 - 1), f_oc = {_hertz(open_circuit)}"
+    return [Entry("coupling", coupling, word), capacitance]
+
+
+def _beta(short: float, open_circuit: float) -> float:
+    """The coupling theta^2/(K Cp) of the resonances (Hz) in short and open circuit; InputError unless above 0."""
     if not open_circuit > short:
         must = f"be above the resonance in short circuit, {_hertz(short)}"
         raise invalid("`open_circuit_frequency`", must, _hertz(open_circuit))
     ratio = open_circuit / short
-    coupling = math.sqrt(stiffness * values["capacitance"] * (ratio - 1.0) * (ratio + 1.0))
-    word = f"N/V: coupling^2 = stiffness capacitance ((f_oc/f_sc)^2 - 1), f_oc = {_hertz(open_circuit)}"
-    return [Entry("coupling", coupling, word), capacitance]
+    return (ratio - 1.0) * (ratio + 1.0)
 
 
 def _kind(name: str) -> Kind:

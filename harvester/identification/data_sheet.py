@@ -76,10 +76,8 @@ def read_sheet(points: Mapping[str, str], device_class: str) -> DataSheet:
                 METER.get(name, METER[RESONANCE]), MODEL_SHARE.get(name, 0.0) * model
             )
         numbers.append(StatedNumber(name, value, sigma))
-    unknown_damping = _prior("damping", "unknown", device_class)
-    assert unknown_damping.median is not None, "the data file has the median of an unknown damping"
-    damping = StatedNumber(PRIOR, 0.5 / unknown_damping.median, unknown_damping.sigma or 0.0)
-    return DataSheet(tuple(numbers), read, damping)
+    quality, spread = priors.unknown_quality(device_class)
+    return DataSheet(tuple(numbers), read, StatedNumber(PRIOR, quality, spread))
 
 
 def _prior(quantity: str, origin: str, device_class: str) -> priors.Prior:

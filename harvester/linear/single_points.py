@@ -146,6 +146,12 @@ class PointValues:
     ambiguous: bool
 
 
+def left_out(known: Mapping[str, float]) -> list[str]:
+    """The quantities that points are to replace, given the known fields of `solve`."""
+    given = {*known, "coupling"} if "beta" in known else known
+    return [name for name in ("coupling", "q", "mass") if name not in given]
+
+
 def solve(known: Mapping[str, float], points: Mapping[str, str]) -> PointValues:
     """The fields that the points replace: ``coupling``, then ``q``, then ``mass``.
 
@@ -153,7 +159,7 @@ def solve(known: Mapping[str, float], points: Mapping[str, str]) -> PointValues:
     ----------
     known
         Fields in SI units: frequency (Hz) in short circuit, capacitance, and of mass, q and
-        coupling those that are known.
+        coupling those that are known; ``beta``, theta^2/(K Cp), replaces a coupling.
     points
         The texts of `POINTS` by their names.
 
@@ -167,14 +173,17 @@ def solve(known: Mapping[str, float], points: Mapping[str, str]) -> PointValues:
     for name in ("frequency", "capacitance"):
         if name not in known:
             raise InputError(f"`{name}` must be given with `{read[0].name}`, but is left out")
-    sought = [name for name in ("coupling", "q", "mass") if name not in known]
+    sought = left_out(known)
     if len(sought) != len(read):
         raise InputError(_count(read, sought))
 
     def device(values: Mapping[str, float]) -> LinearDevice:
         every = {**known, **values}
         w0 = 2.0 * math.pi * every["frequency"]
-        return LinearDevice(every["mass"], w0, every["q"], every["capacitance"], every["coupling"])
+        capacitance = every["capacitance"]
+        if "beta" in every:
+            every["coupling"] = math.sqrt(every["beta"] * every["mass"] * w0**2 * capacitance)
+        return LinearDevice(every["mass"], w0, every["q"], capacitance, every["coupling"])
 
     if len(read) == 1:
         (point,), (name,) = read, sought
@@ -232,8 +241,6 @@ def _count(read: "list[DataSheetPoint]", sought: "list[str]") -> str:
     given = " and ".join(f"`{point.name}`" for point in read)
     names = " and ".join(f"`{name}`" for name in sought) or "none"
     remedy = "give one more, or another point" if len(sought) > len(read) else "leave one out"
-    if len(sought) > len(read) and "q" in sought:
-        remedy += ", or use harvester identify, which has a prior for q"
     return (
         f"{given} must replace as many values as there are points, {len(read)}, but left out are "
         f"{names}: {remedy} (coupling, q and mass can be replaced)"

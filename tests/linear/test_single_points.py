@@ -87,7 +87,7 @@ def test_rms_and_peak_to_peak_are_read():
         (
             {"frequency": 60.0, "capacitance": 3e-8, "mass": 4e-3},
             {"power_at_load": WATTS},
-            "one more, or another point, or use harvester identify, which has a prior for q",
+            "left out are `coupling` and `q`: give one more, or another point",
         ),
     ],
 )
@@ -105,6 +105,53 @@ def test_the_command_writes_the_scene(harvester, tmp_path):
     assert any(word.startswith("coupling: 437.") and "N/V" in word for word in words), words
     expected = solve(SHEET, {"open_circuit_voltage": VOLTS}).values["coupling"]
     assert hv.load(path).piezo.coupling == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(("prior", "quality"), [(None, 31.25), ("film", 55.56)])
+def test_a_voltage_alone_takes_the_damping_from_the_prior(harvester, tmp_path, prior, quality):
+    path = tmp_path / "sheet.toml"
+    args = ["--mass", "4 g", "--frequency", "60 Hz", "--capacitance", "30 nF"]
+    args += [] if prior is None else ["--prior", prior]
+    status, out, err = harvester("new", path, *args, "--open-circuit-voltage", VOLTS, "--json")
+    assert (status, err) == (0, "")
+    words = json.loads(out)["words"]
+    assert any("its prior is a quality factor of" in word and "50 %" in word for word in words), (
+        words
+    )
+    scene = hv.load(path)
+    assert 0.5 / scene.oscillator.damping_ratio == pytest.approx(quality, rel=1e-3)
+    expected = solve(SHEET | {"q": quality}, {"open_circuit_voltage": VOLTS}).values["coupling"]
+    assert scene.piezo.coupling == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_resonance_pair_and_a_voltage_give_the_mass(harvester, tmp_path):
+    """The pair gives theta^2/(K Cp), so that the voltage replaces the mass."""
+    truth = LinearDevice(4e-3, 2.0 * math.pi * 60.0, 60.0, 30e-9, 6e-4)
+    pair = 60.0 * math.sqrt(1.0 + truth.beta)
+    path = tmp_path / "sheet.toml"
+    args = ["--frequency", "60 Hz", "--open-circuit-frequency", f"{pair!r}", "--q", "60"]
+    volts = f"{truth.open_voltage(0.25 * G)!r} V at 0.25 g"
+    status, _, err = harvester(
+        "new", path, *args, "--capacitance", "30 nF", "--open-circuit-voltage", volts
+    )
+    assert (status, err) == (0, "")
+    scene = hv.load(path)
+    assert scene.oscillator.mass == pytest.approx(4e-3, rel=1e-5)
+    assert scene.piezo.coupling == pytest.approx(6e-4, rel=1e-5)
+
+
+def test_the_prior_leaves_coupling_and_mass_open(harvester, tmp_path):
+    args = ["--frequency", "60 Hz", "--capacitance", "30 nF", "--open-circuit-voltage", VOLTS]
+    status, _, err = harvester("new", tmp_path / "sheet.toml", *args)
+    assert status == 2 and err.count("\n") == 1
+    assert "left out are --coupling and --mass: give one more, or another point" in err
+
+
+def test_a_prior_without_a_point_is_refused(harvester, tmp_path):
+    args = ["--mass", "4 g", "--frequency", "60 Hz", "--capacitance", "30 nF", "--coupling", "1e-3"]
+    status, _, err = harvester("new", tmp_path / "sheet.toml", *args, "--prior", "bulk")
+    assert status == 2 and err.count("\n") == 1
+    assert "--prior must be used with --open-circuit-voltage or --power-at-load" in err
 
 
 def test_one_verdict_on_the_coupling():

@@ -168,7 +168,8 @@ def test_the_judgement_counts_by_class_and_by_damping():
     outside = unseen_cantilevers.Judged("D10", "D10.p_10k", "uW", 2.0, 1.0, 4.0, "9")
     volts = unseen_cantilevers.Judged("D13", "D13.v_open_amplitude", "V", 2.0, 1.0, 4.0, "3")
     assert held.holds and not outside.holds and volts.width == 16.0
-    lines = list(unseen_cantilevers.judgement([held, outside, volts]))
+    some = [held, outside, volts]
+    lines = [*unseen_cantilevers.judgement(some), *unseen_cantilevers.by_group(some)]
     assert "| D10.p_10k | 2 uW | 1 to 4 | 9 | 4.5 | no |" in lines
     assert [line.split(" | ")[:2] for line in lines[8:]] == [
         ["| all", "2 of 3"],

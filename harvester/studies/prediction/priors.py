@@ -122,6 +122,17 @@ def check_class(name: str, argument: str = "prior") -> str:
     return name
 
 
+def unknown_quality(device_class: str) -> tuple[float, float]:
+    """The quality factor of a device of a class whose damping is unknown, and its spread.
+
+    The first is the median 1/(2 zeta), the second the standard deviation of the logarithm.
+    Raises InputError for a class that is not known.
+    """
+    prior = prior_of("damping", "unknown", check_class(device_class))
+    assert prior is not None and prior.median and prior.sigma, "the data file has it for any class"
+    return 0.5 / prior.median, prior.sigma
+
+
 def origins_of(known: Mapping[str, str], argument: str = "known") -> dict[str, str]:
     """The origin of every quantity: the defaults, and those in ``known``.
 
