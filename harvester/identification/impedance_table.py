@@ -6,11 +6,16 @@
     Cp and Rp:  1/Z = 1/Rp + j w Cp             Cs and Rs:  Z = Rs + 1/(j w Cs)
     Cp and G:   1/Z = G + j w Cp                Ls and Rs:  Z = Rs + j w Ls
 
-w = 2 pi f.  A quality factor is 1/D.  |Z| without a phase is an impedance of unknown phase.
+w = 2 pi f.  A quality factor is 1/D.  |Z| without a phase is an impedance of unknown phase.  The
+parts of Z and Y are also written as Z', Zre, Re(Z) or realz, a minus precedes the negative of a
+quantity (-Z''), and a reflection coefficient (S11) is left out, since a table does not state its
+reference impedance.
 """
 
 import math
+import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,24 +30,41 @@ OHM, SIEMENS = (
 )
 _HENRY = Kind("an inductance (H)", "H", "'1 mH'")
 _ANGLE, _LOSS = Kind("an angle (rad)", "rad", "'90 deg'"), Kind("a loss", "", "0.02")
-_PHASE = {"phase", "theta", "angle", "arg", "phi", "deg"}
-_OF_IMPEDANCE, _OF_ADMITTANCE = {"z", "impedance"}, {"y", "admittance"}  # words of their phases
-_OF_ANALYSERS = {"theta", "phi"}  # words of an impedance's phase, beside that of a reflection
+_PHASE = {"phase", "theta", "angle", "arg", "phi", "deg", "\u03b8", "\u03c6", "phasez", "zphz"}
+# words of their phases
+_OF_IMPEDANCE = {"z", "impedance", "phasez", "zphz"}
+_OF_ADMITTANCE = {"y", "admittance"}
+_OF_ANALYSERS = {
+    "theta",
+    "phi",
+    "\u03b8",
+    "\u03c6",
+}  # words of an impedance's phase, beside that of a reflection
 _QUANTITIES = {  # words of a column, and its kind; a first word decides if a unit is shared
-    "z": (("z", "impedance", "zabs", "mag", "magnitude"), OHM),
-    "y": (("y", "admittance"), SIEMENS),
-    "r": (("r", "rs", "resistance", "re", "real", "zre", "z'", "esr"), OHM),
-    "x": (("x", "xs", "reactance", "im", "imag", "zim", "z''"), OHM),
-    "g": (("g", "gp", "conductance"), SIEMENS),
-    "b": (("b", "bp", "susceptance"), SIEMENS),
-    "cp": (("cp", "c", "capacitance"), CAPACITANCE),
-    "cs": (("cs",), CAPACITANCE),
-    "rp": (("rp",), OHM),
-    "ls": (("ls",), _HENRY),
-    "d": (("d", "tan", "tand", "loss", "df"), _LOSS),
-    "q": (("q",), _LOSS),
+    "z": ("z impedance zabs absz zmod mag magnitude", OHM),
+    "y": ("y admittance", SIEMENS),
+    "r": ("r rs resistance re real esr", OHM),
+    "x": ("x xs reactance im imag", OHM),
+    "g": ("g gp conductance", SIEMENS),
+    "b": ("b bp susceptance", SIEMENS),
+    "cp": ("cp c capacitance", CAPACITANCE),
+    "cs": ("cs", CAPACITANCE),
+    "rp": ("rp", OHM),
+    "ls": ("ls", _HENRY),
+    "d": ("d tan tand loss df", _LOSS),
+    "q": ("q", _LOSS),
 }
 _OF_PARTS = {"re", "im", "real", "imag"}  # words of columns that are no sizes
+_PARTS_FIRST = re.compile(  # Re(Z), realz: Z stands first then
+    r"(real|re|imag|im)[\s_.:(]{0,2}([zy])[sp]?\)?(?!\w)", re.IGNORECASE
+)
+_OF_COMPLEX = re.compile(  # Z', Zs_re, and (a), (b) of ZView
+    r"([zy])[sp]?[\s_.:]{0,2}(?:(real|re|'(?!'))|imag|im|''|\")(?![\w'\"])(?:\([ab]\))?",
+    re.IGNORECASE,
+)
+_NAMES_OF_PARTS = {"z": "RX", "y": "GB"}
+_MINUS = ("-", "\u2212")
+_REFLECTION = re.compile(r"(?<![a-z])(?:s[ _]?11|gamma|reflection)(?![a-z\d])", re.IGNORECASE)
 MOST_RADIANS = 6.4  # a larger phase without a unit is in degrees
 AGREE = 0.02  # of two pairs of columns that state one impedance
 
@@ -55,8 +77,37 @@ def impedance(table: CsvTable, f: Floats, key: str) -> tuple[Complexes, bool] | 
     None if it has none.
 
     Raises InputError, which begins with ``key``, for a reactance that is 0 everywhere, for two
-    pairs of columns that disagree, and for several phases or one of an unknown unit.
+    pairs of columns that disagree, for several phases or one of an unknown unit, and for a
+    reflection alone.
     """
+    reflections = table.find(lambda column: bool(_REFLECTION.search(column.name)))
+    kept = tuple(_plain(column) for column in table.columns if column not in reflections)
+    answer = _of_columns(replace(table, columns=kept), f, key)
+    if answer is None and reflections:
+        names = ", ".join(column.name for column in reflections)
+        raise InputError(
+            f"{key} must have an impedance, but has {shown(names)}, a reflection whose reference "
+            "impedance it does not state: export a Touchstone file (.s1p), which does"
+        )
+    return answer
+
+
+def _plain(column: CsvColumn) -> CsvColumn:
+    """A column whose head is that of R, X, G or B if it names a part of Z or Y, and has no minus."""
+    head = column.head.strip()
+    values = column.values
+    if head.startswith(_MINUS):
+        head = head[1:].lstrip()
+        values = -values
+    if match := _PARTS_FIRST.match(head):
+        head = match[2] + match[1] + head[match.end() :]
+    if match := _OF_COMPLEX.match(head):
+        head = _NAMES_OF_PARTS[match[1].lower()][not match[2]] + head[match.end() :]
+    return replace(column, head=head, values=values)
+
+
+def _of_columns(table: CsvTable, f: Floats, key: str) -> tuple[Complexes, bool] | None:
+    """The impedance of columns with plain names, as `impedance` returns it."""
     parts = {name: values for name in _QUANTITIES if (values := _part(table, name)) is not None}
     for size, angle in _phases(table, set(parts), key).items():
         parts[f"phase of {size}"] = angle
@@ -100,12 +151,13 @@ def _refuse_zeros(parts: Parts, key: str) -> None:
 
 def _is_size(column: CsvColumn) -> bool:
     """Whether a column is named as the size of an impedance."""
-    return bool(set(column.words) & set(_QUANTITIES["z"][0]))
+    return bool(set(column.words) & set(_QUANTITIES["z"][0].split()))
 
 
 def _part(table: CsvTable, name: str) -> Floats | None:
     """The numbers of a quantity in SI units; None if no column has it."""
-    names, kind = _QUANTITIES[name]
+    written, kind = _QUANTITIES[name]
+    names = written.split()
     for column in table.columns:
         if name in "zy" and set(column.words) & _OF_PARTS:
             continue

@@ -97,7 +97,8 @@ def _read(text: str, load: "LoadCircuit", typed: str) -> Probe:
     name = r"([\w.+/~-]+)"
     match = re.fullmatch(rf"([vip])\(\s*{name}\s*(?:,\s*{name}\s*)?\)", text)
     if match is None or (match[1] != "v" and match[3]):
-        raise invalid("`probe`", FORM, text)
+        must = f"{FORM}, such as v({typed})" if re.fullmatch(name, text) else FORM
+        raise invalid("`probe`", must, typed)
     kind, first, second = match.groups()
     name = f"{kind}({first}{',' + second if second else ''})"
     if kind == "v":

@@ -17,7 +17,7 @@ from harvester.errors import InputError, invalid
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.quantities.kinds import CURRENT, TIME
 from harvester.records.csv_table import CsvColumn, CsvTable, check_numbers, read_table
-from harvester.records.named_columns import is_time, no_column, numbers
+from harvester.records.named_columns import is_time, no_column, numbers, words_of
 from harvester.records.read_once import read_once
 from harvester.records.record_clock import times
 from harvester.records.time_units import FASTEST_PROFILER
@@ -25,8 +25,8 @@ from harvester.records.time_units import FASTEST_PROFILER
 STATES = 40
 KEY = "node.trace"
 MOST_NEGATIVE = 0.01  # of the charge: negative samples up to it are those of a zero that is off
-_NAMES = frozenset(("current", "i", "amps", "amperes", "strom", "courant"))
-_METERED = frozenset(("reading", "value", "measurement"))
+_NAMES = words_of("current i amps amperes strom courant")
+_METERED = words_of("reading value measurement")
 _AMPERES = re.compile(r"([munµp]?)A(?:mps?|mperes?)?(?:\s*[AD]C)?", re.IGNORECASE)
 _JOULESCOPE = ("time", "current", "voltage", "power")
 
@@ -52,6 +52,11 @@ def read_trace(path: str) -> ReadTrace:
 def is_current(column: CsvColumn) -> bool:
     """Whether a column is named as a current."""
     return bool(_NAMES & set(column.words)) and not is_time(column)
+
+
+def _is_in_amperes(column: CsvColumn) -> bool:
+    """Whether a column is of currents by its unit alone, such as a channel `Main (mA)`."""
+    return bool(column.stated and column.scale(CURRENT)) and not is_time(column)
 
 
 def _trace(path: str) -> ReadTrace:
@@ -89,7 +94,8 @@ def _currents(table: CsvTable, notes: list[Diagnostic]) -> tuple[CsvColumn, Floa
         if np.allclose(current * voltage, power, rtol=1e-3, atol=1e-3 * float(np.abs(power).max())):
             notes.append(note("trace_of_joulescope"))
             return table.columns[1], current
-    return _metered(table) or numbers(table, KEY, is_current, "current", CURRENT)
+    named = is_current if table.find(is_current) else _is_in_amperes
+    return _metered(table) or numbers(table, KEY, named, "current", CURRENT)
 
 
 def _metered(table: CsvTable) -> tuple[CsvColumn, Floats] | None:

@@ -16,9 +16,11 @@ from harvester.errors import InputError, shown
 from harvester.records.csv_layout import plain_lines
 
 SLOPE = re.compile(
-    # Bounded lengths: the search is linear in the text.
-    r"(?<![\d.])([+\u2212\u2013-]?[ \t]{0,4}\d{1,2}(?:[.,]\d{1,6})?)"
-    r"[ \t]{0,4}dB[ \t]{0,4}/[ \t]{0,4}oct(?:ave)?\.?",
+    # Bounded lengths: the search is linear in the text.  A comma is a decimal one behind a sign, or
+    # behind a semicolon or a tab between columns: `20,3 dB/oct` has 3 dB per octave from 20 Hz on.
+    r"(?<![\d.])([+\u2212\u2013-][ \t]{0,4}\d{1,2}(?:[.,]\d{1,6})?"
+    r"|(?<=[;\t])\d{1,2}(?:[.,]\d{1,6})?|\d{1,2}(?:\.\d{1,6})?)"
+    r"[ \t]{0,4}dB[ \t]{0,4}(?:/|per)[ \t]{0,4}oct(?:ave)?\.?",
     re.IGNORECASE,
 )
 RANGE = re.compile(

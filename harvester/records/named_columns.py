@@ -9,29 +9,34 @@ from harvester.records.csv_table import CsvColumn, CsvTable, refuse_summary
 from harvester.records.time_units import UNITS
 
 AXES = ("x", "y", "z")
-_TIMES = frozenset(
-    ("time", "t", "ts", "timestamp", "timestamps", "datetime", "date", "elapsed", "seconds", "sec")
+
+
+def words_of(text: str) -> frozenset[str]:
+    """The words of a text, as of names of columns."""
+    return frozenset(text.split())
+
+
+_TIMES = words_of(
+    "time t ts timestamp timestamps datetime date elapsed seconds sec zeit uhrzeit temps tijd "
+    "tiempo tempo relative epoch clock millis micros milliseconds microseconds msec usec nsec uptime"
 )
-_STAMPS = frozenset(("timestamp", "timestamps", "datetime"))  # times, at any place in a name
-_TIMES |= {"zeit", "uhrzeit", "temps", "tijd", "tiempo", "tempo", "relative", "epoch", "clock"}
-_TIMES |= {"millis", "micros", "milliseconds", "microseconds", "msec", "usec", "nsec", "uptime"}
-_COUNTERS = frozenset(("sample", "samples", "index", "idx", "count", "counter", "n", "nr", "no"))
-_COUNTERS |= {"number", "row", "seq"}
-_ACCELERATIONS = frozenset(
-    ("a", "acc", "accel", "acceleration", "accelerometer", "vibration", "base", "shaker")
+_STAMPS = words_of("timestamp timestamps datetime")  # times, at any place in a name
+_ABSCISSAS = (("x", "value"), ("x", "0", "d", "x"))  # LabVIEW's X_Value, and X0/dX of times
+_COUNTERS = words_of("sample samples index idx count counter n nr no number row seq")
+_ACCELERATIONS = words_of(
+    "a acc accel acceleration accelerometer vibration base shaker beschleunigung ch channel kanal"
 )
-_ACCELERATIONS |= {"beschleunigung"}
 _TIME_WORDS = {"millis": "ms", "milliseconds": "ms", "msec": "ms"}
 _TIME_WORDS |= {"micros": "us", "microseconds": "us", "usec": "us", "nsec": "ns"}
 _HERTZ = ("hz", "khz", "mhz", "ghz")
-_FREQUENCIES = frozenset(["frequency", "freq", "f", "hz", "frequenz", "frequencies"])
+_FREQUENCIES = words_of("frequency freq f hz frequenz frequencies")
 
 
 def is_time(column: CsvColumn) -> bool:
     """Whether a column is named as a time, or holds dates or times of day."""
     if column.texts is not None:
         return False
-    if column.words == ("x", "value"):  # LabVIEW's name of times
+    if column.words in _ABSCISSAS:
         return True
     return column.clock or (
         column.words[:1] != ()
@@ -55,11 +60,7 @@ def is_frequency(column: CsvColumn) -> bool:
 
 def is_acceleration(column: CsvColumn) -> bool:
     """Whether a column is named as an acceleration, by an axis, or as a channel of a logger."""
-    axes = {axis + letter for axis in ("a", "acc", "accel", "") for letter in AXES} | {
-        "ch",
-        "channel",
-        "kanal",
-    }
+    axes = {axis + letter for axis in ("a", "acc", "accel", "") for letter in AXES}
     return (
         bool(set(column.words) & (_ACCELERATIONS | axes))
         and not is_time(column)

@@ -27,6 +27,7 @@ from harvester.records.record_facts import AskedError
 GRAVITIES = {"m/s^2": 9.80665, "g": 1.0, "mg": 1000.0, "mm/s^2": 9806.65, "cm/s^2": 980.665}
 _START = "x0"  # names of the start and the step of the times
 _STEP = "dx"
+_BOTH = "x0/dx"  # one column of both: the start, and the step below it
 NEAR_GRAVITY = 0.06  # of gravity: how near the mean of a sensor at rest is to it
 _RANGE = re.compile(r"[±+\-/ ]*(\d+(?:\.\d+)?)\s*([mµu]?[gG]|m/s\^?2|m/s²)")
 INTERLEAVED = 0.05  # share of rows at which a word changes, from which on sensors alternate
@@ -64,14 +65,16 @@ def named(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
 def with_steps(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
     """The table without columns X0 and dX, whose first numbers are the start and the step of the times.
 
-    Measurement systems such as those of imc write them.  A step without a unit is a period whose
-    unit is open.
+    Measurement systems such as those of imc write them, or one column X0/dX.  A step without a
+    unit is a period whose unit is open.
     """
-    starts = table.find(lambda column: column.name.lower() == _START)
-    steps = table.find(lambda column: column.name.lower() == _STEP)
+    starts = table.find(lambda column: column.name.lower() in (_START, _BOTH))
+    steps = table.find(lambda column: column.name.lower() in (_STEP, _BOTH))
     if len(starts) != 1 or len(steps) != 1 or table.facts.is_sampled:
         return table
     written = steps[0].values[np.isfinite(steps[0].values)]
+    if starts == steps:
+        written = written[1:]
     if not written.size or not (written > 0.0).all() or (written != written[0]).any():
         return table
     seconds = steps[0].in_si(TIME)
@@ -79,7 +82,7 @@ def with_steps(table: CsvTable, notes: list[Diagnostic]) -> CsvTable:
     if seconds is None:
         facts = replace(table.facts, period=period)
     else:
-        facts = replace(table.facts, rate=1.0 / float(seconds[np.isfinite(seconds)][0]))
+        facts = replace(table.facts, rate=1.0 / float(seconds[np.isfinite(seconds)][-1]))
     notes.append(note("step_in_column", column=steps[0].name))
     left = tuple(c for c in table.columns if c is not starts[0] and c is not steps[0])
     return replace(table, columns=left, facts=facts)

@@ -8,8 +8,11 @@ from pathlib import Path
 import pytest
 
 import harvester as hv
+from harvester.explore import in_worker
+from harvester.explore.computing import at_place
 from harvester.explore.draft import Draft, first
 from harvester.explore.runs import Background
+from tests.support.paths import EXAMPLES
 
 pytestmark = pytest.mark.slow
 
@@ -78,3 +81,19 @@ def test_cancel_kills_all(started):
     assert not list(Path("/dev/shm").glob(f"*loky-{run.group}-*"))
     with pytest.raises(ProcessLookupError):
         os.killpg(run.group, 0)
+
+
+@pytest.mark.ngspice
+def test_a_board_with_a_store_has_a_curve():
+    """The powers along the load, and that of the board itself when the sliders rest, within their errors."""
+    tables = Draft.read(EXAMPLES / "bimorph_board.toml").tables()
+    key = "load.parameters.R"
+    coarse = [
+        in_worker.power(at_place(tables, key, load), *in_worker.COARSE) for load in (3e3, 1e4, 3e4)
+    ]
+    assert {answer["engine"] for answer in coarse} == {"slow"}
+    powers = [answer["answer"]["mean_power"] for answer in coarse]
+    assert len({power["value"] for power in powers}) == 3
+    fine = in_worker.power(tables, *in_worker.FINE)["answer"]["mean_power"]
+    most = powers[1]["model_bias"] + fine["error95"]
+    assert abs(powers[1]["value"] - fine["value"]) < most < 0.1 * fine["value"]

@@ -6,7 +6,7 @@ import pytest
 import harvester as hv
 from harvester.errors import InputError
 from harvester.identification.read import read_file
-from tests.support.analysers import FILES, MAGNITUDES, SIZE, TRUTH, F, Z, table, traces
+from tests.support.analysers import FILES, MAGNITUDES, SIZE, TRUTH, F, S, Z, table, traces
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -58,9 +58,26 @@ def test_a_magnitude_alone_is_fitted_as_one(tmp_path, name):
         ),
         ("a.s1p", "# Hz S XX R 50\n" + table(F, SIZE, F), "must have options such as"),
         ("a.txt", traces("LEVEL MONITOR", SIZE), "a measure parameter such as"),
+        (
+            "a.csv",
+            "freq[Hz],re:S11,im:S11\n" + table(F, S.real, S.imag),
+            "has 're:S11, im:S11', a reflection whose reference impedance it does not state: export a "
+            "Touchstone file (.s1p)",
+        ),
+        (
+            "a.csv",
+            "f (Hz),|S11|,arg S11 (deg)\n" + table(F, abs(S), np.degrees(np.angle(S))),
+            "a reflection whose reference impedance",
+        ),
+        (
+            "a.csv",
+            "Frequency (Hz),Gamma re,Gamma im\n" + table(F, S.real, S.imag),
+            "a reflection whose reference impedance",
+        ),
+        ("a.csv", "f (Hz),Z' (ohm)\n" + table(F, Z.real), "must hold frequency with |Z| and phase"),
         ("a.txt", traces("IMPEDANCE MAG PHASE (DEG)", Z), "an imaginary part of 0 in its traces"),
     ],
-    ids=range(7),
+    ids=range(11),
 )
 def test_refusals_have_the_remedy(tmp_path, file, text, says):
     (tmp_path / file).write_text(text)

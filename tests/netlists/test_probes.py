@@ -75,6 +75,7 @@ def test_vectors_of_probes(own):
         ("i(a,b)", "must be store, v"),
         ("v(`id`)", "must be store, v"),
         ("", "must be store, v"),
+        ("/VLOAD", "such as v(/VLOAD"),
     ],
 )
 def test_refusals(own, text, said):

@@ -5,6 +5,7 @@ import pytest
 
 import harvester as hv
 from harvester.records.current_trace import STATES, merged, read_trace
+from tests.support.file_forms import CURRENT, TIME, TRACES, lines
 
 
 def test_merging_keeps_charge_duration_and_peaks():
@@ -56,52 +57,24 @@ def test_a_trace_outside_of_the_scene_s_folder_is_refused(tmp_path):
         hv.loads(scene, tmp_path)
 
 
-N = 400
-TIME = np.arange(N) * 1e-4
-CURRENT = np.where((TIME > 0.01) & (TIME < 0.02), 5e-3, 2e-6)
-CHARGE = CURRENT.sum() * 1e-4
-
-
-def lines(times, currents, form="{:.9e}", tail=""):
-    """Rows of a time and a current, both as they are given."""
-    return "".join(f"{t},{form.format(i)}{tail}\n" for t, i in zip(times, currents, strict=True))
-
-
-DAYTIMES = [f"01/23/2031,08:04:05,.{5000 + k:04d}00000" for k in range(N)]
-TRACES = {
-    "PPK2": "Timestamp(ms),Current(uA),D0-D7\n"
-    + lines(TIME * 1e3, CURRENT * 1e6, tail=",00000000"),
-    "Joulescope": "#time,current,voltage,power\n"
-    + "".join(f"{t:.4f},{i:.6e},3.3,{3.3 * i:.6e}\n" for t, i in zip(TIME, CURRENT, strict=True)),
-    "Otii": '"Timestamp","Main current (A)"\n' + lines(12.5 + TIME, CURRENT),
-    "Monsoon": "Time (s),Main Avg Current (mA)\n" + lines(TIME, CURRENT * 1e3),
-    "a meter": "Style,Standard\nCount,400\nIndex,Reading,Unit,Range Digits,Date,Time,Fractional Seconds\n"
-    + "".join(f"{k},{i:.6e},Amp DC,1,{DAYTIMES[k]}\n" for k, i in enumerate(CURRENT)),
-    "a meter in mA": "Value,Unit,Time (s)\n"
-    + "".join(f"{1e3 * i:.6e},mA,{t:.4f}\n" for t, i in zip(TIME, CURRENT, strict=True)),
-    "seconds without a unit": "time,current (A)\n" + lines(TIME, CURRENT),
-}
-
-
-@pytest.mark.parametrize("name", TRACES)
-def test_traces_of_profilers(tmp_path, name):
-    (tmp_path / "a.csv").write_text(TRACES[name])
-    states = np.array(read_trace(str(tmp_path / "a.csv")).states)
-    assert states[:, 1].sum() == pytest.approx(N * 1e-4, rel=1e-6)
-    assert states.prod(axis=1).sum() == pytest.approx(CHARGE, rel=1e-5)
-
-
 def test_samples_slightly_below_zero_become_zero(tmp_path):
-    """Three samples of -48 nA count as 0 and reported; a charge below 0 of more than 1 % is refused."""
-    current = np.where(np.arange(N) % 150 == 7, -48e-9, CURRENT)
-    (tmp_path / "a.csv").write_text("time (s),current (A)\n" + lines(TIME, current))
+    """Three samples of -48 nA count as 0 and are reported."""
+    (tmp_path / "a.csv").write_text(TRACES["Otii"])
     states, notes = read_trace(str(tmp_path / "a.csv"))
     assert min(i for i, _ in states) >= 0.0
     assert "3 samples of the trace are slightly below 0, -4.8e-08 A at least" in str(notes[0])
 
 
+def test_two_channels_of_currents(tmp_path):
+    """Which channel feeds the node is not guessed."""
+    two = "Time(s),Main(mA),USB(mA)\n" + lines(TIME, 1e3 * CURRENT, tail=",0")
+    (tmp_path / "a.csv").write_text(two)
+    with pytest.raises(hv.InputError, match=r"one column 'current \(A\)', but has 'Main, USB'"):
+        read_trace(str(tmp_path / "a.csv"))
+
+
 def test_units_that_a_trace_leaves_open(tmp_path):
-    (tmp_path / "a.csv").write_text("time,current (mA)\n" + lines(np.arange(N), CURRENT))
+    (tmp_path / "a.csv").write_text("time,current (mA)\n" + lines(np.arange(len(CURRENT)), CURRENT))
     with pytest.raises(hv.InputError, match=r"name it 'time \(ms\)' for 1000 Hz.*or 'time \(s\)'"):
         read_trace(str(tmp_path / "a.csv"))
     (tmp_path / "a.csv").write_text(

@@ -30,8 +30,14 @@ RMS = math.sqrt(np.trapezoid(navmat(FINE), FINE))  # 6.06 g
         ),
         "# a standard\nf (kHz),ASD (g/rtHz)\n0.02-0.08,+3dB/oct\n0.08-0.35,0.2\n0.35-2,\u22123dB/oct\nEND\n\n",
         "Freq,PSD\nHz,g^2/Hz\n20,+3 dB/octave\n80,0.04\n350,0.04\n350-2000,-3 dB/octave\n",
+        "Frequency (Hz),PSD (g^2/Hz)\n20,3 dB/oct\n80,0.04\n350,0.04\n2000,-3 dB per octave\n",
+        "Frequency (Hz),PSD (g^2/Hz)\n20-80,3 dB/oct\n80-350,0.04\n350-2000,-3 dB/oct\n",
+        'Frequency (Hz),PSD (g^2/Hz)\n20,"+3,0 dB/oct"\n80,"0,04"\n350,"0,04"\n2000,"-3,0 dB/oct"\n',
     ],
-    ids=["rows", "ranges", "decimal comma", "roots in kHz", "both"],
+    ids=[
+        *("rows", "ranges", "decimal comma", "roots in kHz", "both"),
+        *("no sign", "no sign of a range", "quoted decimal commas"),
+    ],
 )
 def test_slopes_in_db_per_octave(tmp_path, text):
     (tmp_path / "a.csv").write_text(text)

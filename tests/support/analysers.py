@@ -89,6 +89,42 @@ FILES = {  # name of the file, its text
         + table(F, -20 * np.log10(np.abs(S)), np.degrees(np.angle(S)), SIZE, ANGLE),
     ),
     "Rs, Xs and |Z|": ("a.csv", "Freq (Hz),Rs,Xs,|Z|,SWR\n" + table(F, Z.real, Z.imag, SIZE, SIZE)),
+    "Z' and -Z\"": ("a.csv", "Frequency (Hz),Z' (ohm),-Z'' (ohm)\n" + table(F, Z.real, -Z.imag)),
+    "Zs' and Zs\"": (
+        "a.txt",
+        "Freq. [Hz]\tZs' [Ohms]\tZs'' [Ohms]\n" + table(F, Z.real, Z.imag, sep="\t"),
+    ),
+    "Z'(a) and Z''(b)": (
+        "a.txt",
+        "Freq(Hz)\tAmpl\tBias\tTime(Sec)\tZ'(a)\tZ''(b)\tGD\tErr\n"
+        + table(F, 0 * F, 0 * F, F, Z.real, Z.imag, 0 * F, 0 * F, sep="\t"),
+    ),
+    "Re(Z) (ohm)": ("a.csv", "f (Hz),Re(Z) (ohm),-Im(Z) (ohm)\n" + table(F, Z.real, -Z.imag)),
+    "Y' and Y\"": ("a.csv", "f (Hz),Y' (S),Y'' (S)\n" + table(F, Y.real, Y.imag)),
+    "Re(Z) and -Im(Z)": (
+        "a.csv",
+        "freq/Hz,Re(Z)/Ohm,-Im(Z)/Ohm,|Z|/Ohm,Phase(Z)/deg\n"
+        + table(F, Z.real, -Z.imag, SIZE, ANGLE),
+    ),
+    "Zreal and Zimag": (
+        "a.csv",
+        "Freq (Hz),Zreal (ohm),Zimag (ohm),Zmod (ohm),Zphz (°)\n"
+        + table(F, Z.real, Z.imag, SIZE, ANGLE),
+    ),
+    "realz and imagz": (
+        "a.csv",
+        "frequency (Hz);realz (Ohm);imagz (Ohm)\n" + table(F, Z.real, Z.imag, sep=";"),
+    ),
+    "absz and phasez": (
+        "a.csv",
+        "frequency (Hz);absz (Ohm);phasez (rad)\n" + table(F, SIZE, np.radians(ANGLE), sep=";"),
+    ),
+    "Z and θ": ("a.csv", "FREQ[Hz],Z[Ω],θ[°]\n" + table(F, SIZE, ANGLE)),
+    "-X": ("a.csv", "f (Hz),R (ohm),-X (ohm)\n" + table(F, Z.real, -Z.imag)),
+    "reflection and impedance": (
+        "a.csv",
+        "freq[Hz],re:S11,im:S11,R (ohm),X (ohm)\n" + table(F, S.real, S.imag, Z.real, Z.imag),
+    ),
 }
 MAGNITUDES = {
     "4294A, trace A alone": ("a.txt", traces("IMPEDANCE MAG PHASE (DEG)", SIZE)),

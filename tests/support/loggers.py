@@ -189,6 +189,19 @@ STATED = {
         "X0,dX,az\nms,ms,g\n" + "".join(f"0,5,{z:.4f}\n" for z in Z),
         None,
     ),
+    "start and step in one column": (
+        f"X0/dX (s);az (g)\n0;{Z[0]:.4f}\n0.005;{Z[1]:.4f}\n"
+        + "".join(f";{z:.4f}\n" for z in Z[2:]),
+        None,
+    ),
+    "start and step in one column, no unit": (
+        f"X0/dX;az (g)\n0;{Z[0]:.4f}\n5;{Z[1]:.4f}\n" + "".join(f";{z:.4f}\n" for z in Z[2:]),
+        None,
+    ),
+    "times below start and step": (
+        "X0/dX,az (g)\n" + "".join(f"{t:.3f},{z:.4f}\n" for t, z in zip(T, Z, strict=True)),
+        None,
+    ),
     "a rate above": ("Sampling rate (kHz): 0.2\nz (g)\n" + "".join(f"{z:.4f}\n" for z in Z), None),
 }
 

@@ -54,7 +54,7 @@ def _lines_without_numbers(lines: int, first: str) -> str:
 MESSAGES: dict[str, str | Callable[..., str]] = {
     "file_layout": _file_layout,
     "json_records": "records of JSON, with a column for each name",
-    "step_in_column": "the times step by the first number of the column {column!r}",
+    "step_in_column": "the step of the times is in the column {column!r}",
     "part_taken": "{begin:.6g} to {end:.6g} s of it used",
     "longest_part": "the longest of {parts} parts: from {begin:.6g} to {end:.6g} s from the beginning",
     "no_times": "no times: assumed {rate:g} samples per second",

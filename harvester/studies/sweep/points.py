@@ -57,7 +57,10 @@ def read_axis(text: str) -> Axis:
         or not 1 <= int(parts[2]) <= MOST_POINTS
     ):
         raise invalid(
-            "`vary`", f"be KEY=FROM:TO:COUNT with a whole COUNT between 1 and {MOST_POINTS}", text
+            "`vary`",
+            f"be KEY=FROM:TO:COUNT with a whole COUNT between 1 and {MOST_POINTS}, spaced "
+            "geometrically if FROM and TO differ tenfold or more, else linearly",
+            text,
         )
     low = read_value(key, parts[0])
     high = read_value(key, parts[1])

@@ -48,7 +48,10 @@ def test_axis(text, values):
     assert axis.values == pytest.approx(values, rel=1e-12, abs=0)
 
 
-COUNT = "`vary` must be KEY=FROM:TO:COUNT with a whole COUNT between 1 and 100000, but is "
+COUNT = (
+    "`vary` must be KEY=FROM:TO:COUNT with a whole COUNT between 1 and 100000, spaced geometrically "
+    "if FROM and TO differ tenfold or more, else linearly, but is "
+)
 
 
 @pytest.mark.parametrize(
