@@ -36,7 +36,7 @@ def test_a_grid_runs_over_its_last_key_first():
 
 
 def test_a_key_without_its_table_is_that_of_the_scene(tmp_path):
-    """Of a stop on one side the gap is clear, of an opposite stop as well it is not."""
+    """A gap is clear with one stop, and must have its table with two."""
     present = PLATE.tables()
     assert read_axis("gap=0.2e-3,0.3e-3", present) == Axis("stop.gap", (0.2e-3, 0.3e-3))
     assert axes_of({"gap": ["0.2 mm"]}, present) == [Axis("stop.gap", (0.2e-3,))]
