@@ -26,7 +26,7 @@ from harvester.studies.tolerance.first_order import error_of_sum
 from harvester.uncertainty.value import Value
 
 CHANGE = 0.05  # of a key, up and down
-MOVED = 0.5  # of a resonance's half-width
+MOVED = 0.5  # part of a resonance's half-width
 LEAST = 0.02  # part of CHANGE, below which a key is not varied
 HALVINGS = 2  # of the change at most, until the error is
 SMALL = 0.01  # of the larger of E and 1
