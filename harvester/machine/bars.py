@@ -252,6 +252,15 @@ class RowsBar(Bar):
         self._look()
         self._count(what)
 
+    def skip(self, engine: str) -> None:
+        """Count a row that was there already."""
+        self.left_of[engine] -= 1
+        self._count(engine)
+
+    def row(self, engine: str) -> None:
+        """Count a row that was computed since the last one."""
+        self.step(1, engine)
+
     def row_lasts(self, name: str, seconds: float) -> None:
         """Expect so many seconds from a row of an engine to the next one."""
         self.lasts_of[name] = seconds

@@ -70,9 +70,10 @@ def test_there_is_time_left_before_the_end(clock):
 
 def test_a_row_says_which_of_how_many(clock):
     with RowsBar("sweep", {"averaged": 9}, Screen()) as bar:
-        bar.start(4, "spice", done=1)
+        bar.start(4, "spice")
+        bar.skip("spice")
         clock[0] += 1.0
-        bar.step(1, "spice")
+        bar.row("spice")
         assert str(bar).endswith("spice 2 of 4")
 
 
