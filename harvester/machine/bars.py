@@ -54,7 +54,7 @@ class Bar(tqdm):  # type: ignore[misc]
         self.begun = time.monotonic()
         self.last = (self.begun, 0.0)
         self.stride = 0.0  # the largest growth of the fraction between two reports
-        self.seconds: float | None = None  # left at the last report
+        self.seconds = budget  # left at the last report; None: not known
         self.by_clock = False  # the fraction is that of the seconds that were expected
         self.others: Any = None  # what the rest of the program writes its errors on
         shape = FORMAT if known else UNKNOWN

@@ -114,6 +114,7 @@ def test_time_left_of_a_budget(clock):
     with Bar(
         "optimise", screen := Screen(), at_most=True, shorter="a shorter --budget", budget=60.0
     ) as bar:
+        assert "at most 01:00 left" in str(bar)  # before any report
         for fraction in (0.001, 0.1, 0.099):  # what is left of a budget may grow by a little
             clock[0] += 4.0
             bar.tell(fraction)
