@@ -22,6 +22,7 @@ WHITE = {"c1": -0.05, "beta": 0.05, "mu": 1.0, "D11": 0.01}
 BRIDGE = hv.Load(netlist="bridge", parameters={"R": "1 Mohm", "C": "20 nF"})
 EXAMPLES = Path(__file__).parent.parent / "examples"
 COUNT = 64
+FEW = 8  # scenes of an engine that takes them one by one, a second each
 
 
 def table(**more):
@@ -54,6 +55,13 @@ KINDS = {
         1e5,
         1e7,
     ),
+    "compiled, bridge": (
+        hv.Compiled(within="1%", judged=False),
+        hv.load(EXAMPLES / "plate_with_stop.toml").with_load(BRIDGE).replace(stop=None),
+        "load.parameters.R",
+        1e5,
+        1e7,
+    ),
     "averaged, stop": (hv.Averaged(), STOP, "nondimensional.mu", 0.1, 2.0),
     "exact, linear": (hv.Exact(), table(), "nondimensional.mu", 0.1, 2.0),
     "density, stop": (hv.Density(within="1%"), STOP, "nondimensional.mu", 0.5, 2.0),
@@ -64,7 +72,8 @@ def points():
     """CPU seconds per point of both ways, in turn, after a call of each that is not counted."""
     print(f"{'':26} {'alone':>10} {'together':>10} {'times':>6}")
     for name, (engine, scene, key, low, high) in KINDS.items():
-        scenes = [scene.varied({key: value}) for value in np.geomspace(low, high, COUNT)]
+        count = FEW if isinstance(engine, hv.Compiled) else COUNT
+        scenes = [scene.varied({key: value}) for value in np.geomspace(low, high, count)]
         seconds = {"alone": [], "together": []}
         for k in range(4):
             for way, times in seconds.items():
@@ -76,7 +85,7 @@ def points():
                         engine.run(part)
                 spent = time.process_time() - begin
                 if k:
-                    times.append(spent / (COUNT if way == "together" else 16))
+                    times.append(spent / (count if way == "together" else min(count, 16)))
         alone = 1e3 * float(np.median(seconds["alone"]))
         together = 1e3 * float(np.median(seconds["together"]))
         print(f"{name:26} {alone:7.2f} ms {together:7.2f} ms {alone / together:6.1f}", flush=True)
@@ -149,23 +158,31 @@ def small(count):
 
 
 def scaling():
-    """CPU seconds of 48 x 48 points, of this process and its workers; all begin with imports."""
-    print(f"{'':16} {'this process':>13} {'workers':>9} {'sum':>9} {'over one':>9}")
+    """CPU and wall seconds of 48 x 48 points, of this process and its workers; all begin with imports.
+
+    Wall seconds are worth something on a quiet machine with a core for each worker only.
+    """
+    heads = f"{'this process':>13} {'workers':>9} {'sum':>9} {'over one':>9} {'wall':>9}"
+    print(f"{'':16} {heads}")
     alone = None
     for name, way in {"pool": _by_pool, "Dask": _by_dask}.items():
         for count in (1, 2, 4):
-            here, there = way(count)
+            here, there, wall = way(count)
             alone = alone or here + there
             sums = f"{here + there:7.2f} s {(here + there) / alone:9.2f}"
-            print(f"{name:8} {count:7} {here:11.2f} s {there:7.2f} s {sums}", flush=True)
+            print(
+                f"{name:8} {count:7} {here:11.2f} s {there:7.2f} s {sums} {wall:7.2f} s", flush=True
+            )
 
 
 def _by_pool(workers):
-    """CPU seconds here and in the processes of a pool, from their start to their end."""
+    """CPU seconds here and in the processes of a pool, from their start to their end, and wall seconds."""
+    begin = time.perf_counter()
     here = time.process_time()
     there = _of_children()
     swept(48, workers)
-    return time.process_time() - here, _of_children() - there
+    wall = time.perf_counter() - begin
+    return time.process_time() - here, _of_children() - there, wall
 
 
 def _of_children():
@@ -184,10 +201,12 @@ def _by_dask(workers):
         ) as cluster,
         Client(cluster) as client,
     ):
+        begin = time.perf_counter()
         here = time.process_time()
         swept(48, None, client)
         here = time.process_time() - here
-        return here, sum(client.run(time.process_time).values())
+        wall = time.perf_counter() - begin
+        return here, sum(client.run(time.process_time).values()), wall
 
 
 if __name__ == "__main__":

@@ -76,7 +76,9 @@ def response(
     scene = output.scene
     problem = Problem(scene)
     points = (
-        study.points_of(problem, grid([read_axis(text) for text in varied])) if varied else None
+        study.points_of(problem, grid([read_axis(text, scene.tables()) for text in varied]))
+        if varied
+        else None
     )
     chosen = engines_of(problem, engines or None, seed, budget)
     frequencies = study.frequencies(problem, sweep)

@@ -82,7 +82,9 @@ def sweep(
 
     scene = output.scene
     where = (
-        read_points(points) if points is not None else grid([read_axis(text) for text in varied])
+        grid([read_axis(text, scene.tables()) for text in varied])
+        if points is None
+        else read_points(points, scene.tables())
     )
     within = options["within"]
     if within is not None and not engines:

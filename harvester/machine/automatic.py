@@ -87,6 +87,11 @@ class AutomaticProgress:
         if self._bar is not None and len(self._begun) == 1:
             self._bar.step(done, what)
 
+    def row_lasts(self, name: str, seconds: float) -> None:
+        """Report how long a row lasts, of the outermost study."""
+        if self._bar is not None and len(self._begun) == 1 and self._begun[0]:
+            self._bar.row_lasts(name, seconds)
+
     def remark(self, text: object) -> None:
         """Print a remark above the bar."""
         if self._bar is not None and len(self._begun) == 1:

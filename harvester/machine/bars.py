@@ -54,7 +54,7 @@ class Bar(tqdm):  # type: ignore[misc]
         self.begun = time.monotonic()
         self.last = (self.begun, 0.0)
         self.stride = 0.0  # the largest growth of the fraction between two reports
-        self.seconds: float | None = None  # left at the last report
+        self.seconds = budget  # left at the last report; None: not known
         self.by_clock = False  # the fraction is that of the seconds that were expected
         self.others: Any = None  # what the rest of the program writes its errors on
         shape = FORMAT if known else UNKNOWN
@@ -127,10 +127,10 @@ class Bar(tqdm):  # type: ignore[misc]
         self.bar_format = FORMAT
         self._show(0.0, "")
 
-    def announce(self, seconds: float) -> None:
+    def announce(self, seconds: float, limit: str = "about") -> None:
         """Print one line on stderr, once, with the whole duration in seconds, if it is long, and the remedy."""
         if self.shorter and seconds > LONG:
-            limit = "at most" if self.at_most else "about"
+            limit = "at most" if self.at_most else limit
             shorten = "shorten it" if " or " in self.shorter else "shortens it"
             text = f"{self.what}: {limit} {duration(seconds)} in all; {self.shorter} {shorten}"
             self.write(text, file=sys.stderr if self.disable else self.fp)
@@ -201,9 +201,10 @@ class Bar(tqdm):  # type: ignore[misc]
 class RowsBar(Bar):
     """A progress bar for rows of several engines, which differ by orders of magnitude in the time per row.
 
-    The time left is that of each engine's rows to come at the mean of its rows so far; not known as long as an engine
-    has none.  After it are the engine of the last row, and how many of its rows are done.
-    ``warms_up``: the first row of an engine compiles, and does not represent the others.
+    The time left is that of each engine's rows to come at the time that each lasts (`row_lasts`),
+    else at the mean of its rows so far; not known as long as an engine has none.  After it are the
+    engine of the last row, and how many of its rows are done.  ``warms_up``: the first report of an
+    engine includes compilation, and does not represent the others.
     """
 
     def __init__(
@@ -220,7 +221,11 @@ class RowsBar(Bar):
         self.left_of: dict[str, int] = {}
         self.seconds_of: dict[str, float] = {}
         self.done_of: dict[str, int] = {}
+        self.lasts_of: dict[str, float] = {}
+        self.warm: set[str] = set()
         self.warms_up = warms_up
+        self.longest = 0.0  # s between two reports
+        self.most = 1  # rows in one report
         super().__init__(what, file, shorter=shorter, delay=delay, disable=disable)
         for engine, total in (rows or {}).items():
             self.start(total, engine)
@@ -230,14 +235,22 @@ class RowsBar(Bar):
         self.rows_of[what] = total or 0
         self.left_of[what] = (total or 0) - done
         self.seconds_of[what] = 0.0
-        self.done_of[what] = -1 if self.warms_up else 0
+        self.done_of[what] = 0
         if done:
             self._count(what)
 
     def step(self, done: float = 1, what: str = "") -> None:
         """Count rows that were computed since the last one."""
-        for _ in range(int(done)):
-            self.row(what)
+        interval = time.monotonic() - self.last[0]
+        if what in self.warm or not self.warms_up:
+            self.done_of[what] += int(done)
+            self.seconds_of[what] += interval
+            self.longest = max(self.longest, interval)
+        self.warm.add(what)
+        self.most = max(self.most, int(done))
+        self.left_of[what] -= int(done)
+        self._look()
+        self._count(what)
 
     def skip(self, engine: str) -> None:
         """Count a row that was there already."""
@@ -246,14 +259,23 @@ class RowsBar(Bar):
 
     def row(self, engine: str) -> None:
         """Count a row that was computed since the last one."""
-        self.done_of[engine] += 1
-        if self.done_of[engine]:
-            self.seconds_of[engine] += time.monotonic() - self.last[0]
-        self.left_of[engine] -= 1
+        self.step(1, engine)
+
+    def row_lasts(self, name: str, seconds: float) -> None:
+        """Expect so many seconds from a row of an engine to the next one."""
+        self.lasts_of[name] = seconds
+        self._look()
+        if self._means() is not None:
+            self._count(name)
+            return
+        known = sum(self.left_of[engine] * each for engine, each in self.lasts_of.items())
+        self.announce(self.last[0] - self.begun + known, "at least")
+
+    def _look(self) -> None:
+        """Measure the time left."""
         means = self._means()
         if means is not None:
             self.seconds = sum(self.left_of[name] * mean for name, mean in means.items())
-        self._count(engine)
 
     def _count(self, engine: str) -> None:
         """Show how many rows there are of all, and of this engine."""
@@ -265,20 +287,28 @@ class RowsBar(Bar):
     def _means(self) -> dict[str, float] | None:
         """The mean seconds of a row of each engine that has rows to come; None if one has no row yet."""
         to_come = [name for name, left in self.left_of.items() if left]
-        if not all(self.done_of[name] > 0 for name in to_come):
+        if not all(name in self.lasts_of or self.done_of[name] for name in to_come):
             return None
-        return {name: self.seconds_of[name] / self.done_of[name] for name in to_come}
+        return {
+            name: self.lasts_of[name]
+            if name in self.lasts_of
+            else self.seconds_of[name] / self.done_of[name]
+            for name in to_come
+        }
 
     def _is_sure(self) -> bool:
         """Whether enough was measured: a row of each engine that has rows to come."""
-        return self._means() is not None and self.last[0] - self.begun >= SURE
+        means = self._means()
+        if means is None:
+            return False
+        return means.keys() <= self.lasts_of.keys() or self.last[0] - self.begun >= SURE
 
     def _overdue(self, now: float) -> float:
-        """The time left after the row at work, longer by as much as that row is overdue."""
+        """The time left after the next report, longer by as much as that is overdue."""
         means = self._means()
         if not means or self.seconds is None:
             return 0.0
-        due = min(max(means.values()), 0.5 * self.seconds)
+        due = min(max(self.longest, self.most * max(means.values())), 0.5 * self.seconds)
         return (self.seconds - due) * max(1.0, (now - self.last[0]) / due) if due > 0.0 else 0.0
 
 

@@ -60,6 +60,15 @@ def remark(progress: Progress, text: object) -> None:
         report(text)
 
 
+def row_lasts(progress: Progress, name: str, seconds: float) -> None:
+    """Report the time from a row of this name to the next to a progress with a method ``row_lasts``.
+
+    The time was measured in the computing process, without its start and compilation.
+    """
+    if (report := getattr(progress, "row_lasts", None)) is not None:
+        report(name, seconds)
+
+
 @contextmanager
 def working(progress: Progress) -> Iterator[Progress]:
     """A progress that is begun, and ended whatever happens."""

@@ -2,6 +2,7 @@
 
 import difflib
 import functools
+from collections.abc import Collection
 
 from harvester.errors import InputError, invalid, reading, shown, unknown
 from harvester.presentation.columns import columns
@@ -89,11 +90,12 @@ def text(some: tuple[SceneKey, ...]) -> str:
     return "\n".join(lines)
 
 
-def full_key(key: str) -> str:
+def full_key(key: str, present: Collection[str] = ()) -> str:
     """The whole name of a key that may be given bare: "mu" is nondimensional.mu, for only that table has one.
 
     A key of the device precedes one of a table that is compared with it: "capacitance" is that of
-    the piezo.
+    the piezo.  If several tables of the device have the key, it is that of the only one of them among
+    the tables ``present`` in a scene.
 
     Raises InputError if several tables have the key; any other text comes back as it is.
     """
@@ -102,11 +104,19 @@ def full_key(key: str) -> str:
     having = [table for table, of in TABLES.items() if key in key_names(of)]
     device = [table for table in having if table not in BESIDE]
     candidates = [f"{table}.{key}" for table in device or having]
+    here = [candidate for candidate in candidates if candidate.partition(".")[0] in present]
+    if len(here) == 1:
+        return here[0]
     if len(candidates) > 1:
         raise InputError(
             f"key {key!r} must be given with its table, but several have it: {', '.join(candidates)}"
         )
     return candidates[0] if candidates else key
+
+
+def whole_key(key: str, present: Collection[str] = ()) -> str:
+    """As `full_key`; InputError for a key that no scene has."""
+    return ".".join(split_key(full_key(key, present)))
 
 
 def split_key(key: str) -> tuple[str, str]:

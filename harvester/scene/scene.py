@@ -16,7 +16,7 @@ from pydantic.dataclasses import dataclass as checked_dataclass
 from harvester.errors import InputError, names_arguments
 from harvester.scene.checks import check_opposite_stop, check_stop_damping, check_together
 from harvester.scene.further_modes import changed_modes, check_beside, contact_mass
-from harvester.scene.keys import SEVERAL, TABLES, key_kind, read_value, split_key
+from harvester.scene.keys import SEVERAL, TABLES, full_key, key_kind, read_value, split_key
 from harvester.scene.load import Load
 from harvester.scene.modal_parameters import ModalParameters, modal_parameters
 from harvester.scene.nondimensional import Nondimensional
@@ -266,7 +266,7 @@ class Scene(SceneTable):
         """
         changes: dict[str, dict[str, Any]] = {}
         for key, value in values.items():
-            table, name = split_key(key)  # a bare key has its table from there
+            table, name = split_key(key if "." in key else full_key(key, self.tables()))
             changed = changes.setdefault(table, {})
             if name.startswith("parameters."):
                 parameters = changed.setdefault(

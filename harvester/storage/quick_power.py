@@ -26,11 +26,11 @@ from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
 from harvester.uncertainty.value import Value
 
-# of the current: voltages, times the step, its last change
+# of the current: voltages, times the step, its last change (differences of answers hold its noise)
 VOLTAGES = 7
 LONGER = 2.0
-ROUGH = 0.017
-STEP, COARSER = 32.0, 30.0  # times the slow step and the tolerance of a whole answer
+ROUGH = 7e-4
+STEP, COARSER = 8.0, 30.0  # times the slow step and the tolerance of a whole answer
 PART, SETTLED = 0.2, 0.05  # of the first slow run there; a change of the mean power that ends it
 OFF = 0.06  # of the power: the total error
 

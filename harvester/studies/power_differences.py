@@ -26,6 +26,7 @@ from harvester.studies.tolerance.first_order import error_of_sum
 from harvester.uncertainty.value import Value
 
 CHANGE = 0.05  # of a key, up and down
+MOVED = 0.5  # part of a resonance's half-width
 LEAST = 0.02  # part of CHANGE, below which a key is not varied
 HALVINGS = 2  # of the change at most, until the error is
 SMALL = 0.01  # of the larger of E and 1
@@ -65,12 +66,30 @@ def check_power(power: float) -> None:
         raise SimulationError("the load receives no power")
 
 
-def first_change(problem: Problem) -> float:
-    """The first change of a key: under a harmonic excitation the damping ratio at most, a resonance's half-width."""
+def first_change(problem: Problem, key: str, value: float) -> float:
+    """The first change of a key, which moves a resonance by at most `MOVED` of its half-width, the damping ratio.
+
+    Other changes are `CHANGE`: a smaller one would have more of the noise of an engine's answers.
+    """
     equations = problem.equations
     if equations.drive is None or not equations.c1:
         return CHANGE
-    return min(CHANGE, 0.5 * abs(equations.c1))
+    most = MOVED * 0.5 * abs(equations.c1)
+    try:
+        changed = Problem(problem.scene.vary(key, (1.0 + CHANGE) * value))
+    except InputError:
+        return min(CHANGE, most)
+    pairs = zip(_detunings(problem), _detunings(changed), strict=True)
+    moved = max(abs(after - before) for before, after in pairs)
+    return CHANGE * min(1.0, most / moved) if moved else CHANGE
+
+
+def _detunings(problem: Problem) -> tuple[float, float]:
+    """Logarithms of the drive's frequency over the resonance with a shorted piezo and an open one."""
+    equations = problem.equations
+    assert equations.drive_frequency is not None, "a drive has one"
+    shorted = math.log(equations.drive_frequency)
+    return shorted, shorted - 0.5 * math.log1p(equations.beta or 0.0)
 
 
 def by_differences(
@@ -88,7 +107,6 @@ def by_differences(
     (s, of `time.monotonic`) are left, and one without an answer has its error.
     """
     done = PowerDifferences()
-    most = first_change(problem) if most is None else most
     seconds = 0.0
     if deadline < math.inf:  # the first key has to fit as well
         begin = time.monotonic()
@@ -100,7 +118,8 @@ def by_differences(
             done.left = [*values][k:]
             done.seconds = seconds * len(done.left)
             break
-        if change := largest_change(problem, key, value, most):
+        widest = first_change(problem, key, value) if most is None else most
+        if change := largest_change(problem, key, value, widest):
             differences = _Differences(problem, engine, key, value)
             try:
                 done.by_key[key] = value, differences.elasticity(change)

@@ -63,13 +63,14 @@ def test_there_is_time_left_before_the_end(clock):
     with RowsBar("sweep", {"averaged": 5, "spice": 5}, Screen()) as bar:
         for engine in ("averaged", "spice"):
             clock[0] += 1.0
-            bar.row(engine)
+            bar.step(1, engine)
         clock[0] += 100.0
         assert LEFT.search(str(bar))[2] > "01:00"
 
 
 def test_a_row_says_which_of_how_many(clock):
-    with RowsBar("sweep", {"averaged": 9, "spice": 4}, Screen()) as bar:
+    with RowsBar("sweep", {"averaged": 9}, Screen()) as bar:
+        bar.start(4, "spice")
         bar.skip("spice")
         clock[0] += 1.0
         bar.row("spice")
@@ -87,7 +88,7 @@ def test_long_work_says_so_first(clock, monkeypatch, each, told, screen):
     with RowsBar("sweep", {"spice": 10}, shorter="fewer runs") as bar:
         for _ in range(4):
             clock[0] += each
-            bar.row("spice")
+            bar.step(1, "spice")
     said = [line for line in re.split(r"[\r\n]+", where.getvalue()) if " in all; " in line]
     assert "".join(f"{line.strip()}\n" for line in said) == told
     if screen is io.StringIO:
@@ -113,6 +114,7 @@ def test_time_left_of_a_budget(clock):
     with Bar(
         "optimise", screen := Screen(), at_most=True, shorter="a shorter --budget", budget=60.0
     ) as bar:
+        assert "at most 01:00 left" in str(bar)  # before any report
         for fraction in (0.001, 0.1, 0.099):  # what is left of a budget may grow by a little
             clock[0] += 4.0
             bar.tell(fraction)
@@ -151,19 +153,18 @@ def test_duration(seconds, text):
 
 def test_time_left_of_rows(clock):
     """Each engine by its own rows: not known before each has one; rows of an earlier run cost nothing."""
-    with RowsBar("sweep", {"averaged": 100, "spice": 10}, Screen()) as bar:
-        for _ in range(4):
-            bar.skip("spice")
+    with RowsBar("sweep", {"averaged": 100}, Screen()) as bar:
+        bar.start(10, "spice", done=4)
         for _ in range(100):
             clock[0] += 0.01
-            bar.row("averaged")
+            bar.step(1, "averaged")
         assert bar.seconds is None
         assert "? left" in str(bar)
         clock[0] += 5.0
-        bar.row("spice")
+        bar.step(1, "spice")
         assert bar.seconds == pytest.approx(25.0)
         clock[0] += 7.0
-        bar.row("spice")
+        bar.step(1, "spice")
         assert bar.seconds == pytest.approx(4 * 6.0)
 
 
@@ -249,3 +250,45 @@ def test_bars_are_what_studies_tell(clock):
             clock[0] += 2.0
             rows.step(1, engine)
         assert rows.seconds == pytest.approx(10.0)
+
+
+def left_of(bar):
+    """The seconds left that a bar shows."""
+    parts = LEFT.search(str(bar))[2].split(":")
+    return sum(int(part) * 60**k for k, part in enumerate(reversed(parts)))
+
+
+@pytest.mark.parametrize("is_told", [True, False])
+def test_rows_that_come_in_batches_have_one_time_left(clock, is_told):
+    """64 rows per second for 156 s: the bar showed 47:57 and 00:47 left in turn."""
+    with RowsBar("sweep", {"ensemble": 10_000}, Screen(), warms_up=True) as bar:
+        clock[0] += 3.0
+        for batch in range(1, 21):
+            bar.step(64, "ensemble")
+            if is_told:
+                bar.row_lasts("ensemble", 1.0 / 64.0)
+            for part in range(10):
+                whole = (10_000 - 64 * batch) / 64.0 - 0.1 * part
+                if batch > 1 or is_told:
+                    assert left_of(bar) == pytest.approx(whole, abs=2.0)
+                clock[0] += 0.1
+
+
+def test_the_first_rows_say_how_long_a_row_lasts(clock, monkeypatch):
+    """The clock would include the start of processes; it is a least time if an engine has no row."""
+    monkeypatch.setattr("sys.stderr", where := io.StringIO())
+    with RowsBar("sweep", {"ensemble": 10_000}, shorter="fewer runs", warms_up=True) as bar:
+        clock[0] += 1.5
+        bar.step(64, "ensemble")
+        bar.row_lasts("ensemble", 5e-3)
+        assert bar.seconds == pytest.approx(9_936 * 5e-3)
+    assert where.getvalue() == "sweep: about 51 s in all; fewer runs shortens it\n"
+    where.truncate(0)
+    where.seek(0)
+    rows = {"ensemble": 10_000, "spice": 1}
+    with RowsBar("sweep", rows, shorter="fewer runs", warms_up=True) as bar:
+        clock[0] += 1.5
+        bar.step(64, "ensemble")
+        bar.row_lasts("ensemble", 5e-3)
+        assert bar.seconds is None
+    assert where.getvalue() == "sweep: at least 51 s in all; fewer runs shortens it\n"

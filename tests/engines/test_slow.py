@@ -11,6 +11,7 @@ import dataclasses
 import time
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import harvester as hv
@@ -181,6 +182,16 @@ def test_a_chip_whose_store_is_not_slow_under_noise_runs_directly(monkeypatch):
     assert found.engine == "slow" and has(found.diagnostics, "run_directly")
     for power in (apart.mean_power, found.mean_power):
         assert abs(power.value - beside.value) < power.error95 + beside.error95
+
+
+def test_quick_answers_are_smooth_about_a_resonance():
+    """Sensitivities are differences of them: they had the noise of currents that were not settled."""
+    board = hv.load(EXAMPLES / "bimorph_board.toml")
+    changes = np.linspace(-0.01, 0.01, 9)
+    scenes = [board.vary("excitation.frequency", 46.0 * (1.0 + float(x))) for x in changes]
+    powers = np.log([answer.mean_power.value for answer in hv.Slow(judged=False).run_many(scenes)])
+    smooth = np.polynomial.Polynomial.fit(changes, powers, 4)
+    assert np.std(powers - smooth(changes), ddof=5) < 6e-4
 
 
 def test_a_quick_answer_under_noise_is_near():

@@ -11,4 +11,9 @@ def swept(scene, vary, engines=None, **execution):
 
 def telling(function):
     """A progress that calls a function with the engine of each row that is computed."""
-    return CallingBack(lambda _, engine: function(engine))
+
+    def each(done, engine):
+        for _ in range(done):
+            function(engine)
+
+    return CallingBack(each)

@@ -28,7 +28,14 @@ from harvester.studies.output_folder import OutputFolder, provenance_with_engine
 from harvester.studies.sweep.journal import Journal, JournalRow
 from harvester.studies.sweep.points import Points
 from harvester.studies.sweep.rows import COLUMNS, SweepRow, lines, read_cells
-from harvester.studies.sweep.runners import Done, by_executor, in_this_process, pool
+from harvester.studies.sweep.runners import (
+    Done,
+    Paces,
+    by_executor,
+    in_this_process,
+    pool,
+    tasks_at_once,
+)
 from harvester.studies.sweep.same_study import check_same, identity
 from harvester.studies.sweep.shared_budget import SharedBudget
 from harvester.studies.sweep.sweep_table import SweepTable
@@ -97,25 +104,31 @@ def compute_table(
             check=check,
         )
         try:
-            return sweep.finished(
-                sweep.fill(_answers(todo, execution, budget, sweep.rows_that_sample))
-            )
+            workers, todo = _workers(todo, execution)
+            done = _answers(todo, execution, budget, sweep.rows_that_sample, workers=workers)
+            return sweep.finished(sweep.fill(done, tasks_at_once(execution.executor, workers)))
         except KeyboardInterrupt:
             if folder is None:
                 raise
             raise journal.interrupted(f"{sum(map(sweep.count, range(len(names))))} rows") from None
 
 
-def _answers(todo: Iterator[Task], execution: Execution, budget: float | None, rows: int) -> Done:
+def _workers(todo: Iterator[Task], execution: Execution) -> tuple[int, Iterator[Task]]:
+    """How many processes compute the tasks, and these: one if an executor does."""
+    workers = execution.workers if execution.executor is None else 1
+    if workers is not None:
+        return workers, todo
+    first = list(itertools.islice(todo, 2 * cores()))  # a process takes a second to start
+    return max(1, min(cores(), len(first) // 2)), itertools.chain(first, todo)
+
+
+def _answers(
+    todo: Iterator[Task], execution: Execution, budget: float | None, rows: int, *, workers: int
+) -> Done:
     """The tasks with their answers, from the executor, this process, or a pool, which loads the drawing code meanwhile.
 
     A ``budget`` is shared by the ``rows`` that sample.
     """
-    workers = execution.workers if execution.executor is None else 1
-    if workers is None:  # a process takes a second to start
-        first = list(itertools.islice(todo, 2 * cores()))
-        workers = max(1, min(cores(), len(first) // 2))
-        todo = itertools.chain(first, todo)
     shared = None if budget is None else SharedBudget(budget, rows, workers)
     todo = todo if shared is None else shared.share(todo)
     done = _computed(todo, execution, workers)
@@ -203,9 +216,13 @@ class _Sweep:
         for index, name in enumerate(self.names):
             self.execution.progress.start(self.count(index), name, done[index])
 
-    def fill(self, done: Done) -> HarvesterError | None:
-        """Write the answers into the journal as they come; returns the last error of a point."""
+    def fill(self, done: Done, at_once: int) -> HarvesterError | None:
+        """Write the answers into the journal as they come; returns the last error of a point.
+
+        So many tasks are computed ``at_once``.
+        """
         last: HarvesterError | None = None
+        paces = Paces(self.execution.progress, at_once)
         saved = time.monotonic()
         took = 0.0
         try:
@@ -225,8 +242,8 @@ class _Sweep:
                     )
                     rows.append(JournalRow(point, task.engine_index, row.engine, row.written))
                 self.journal.add(rows)
-                for _ in rows:
-                    self.execution.progress.step(1, name)
+                self.execution.progress.step(len(rows), name)
+                paces.add(name, answers)
                 if time.monotonic() - saved > max(SAVED, took / SHARE):
                     begin = time.monotonic()
                     self.save()

@@ -4,7 +4,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -14,7 +14,7 @@ import numpy as np
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, named_once, shown
 from harvester.machine import files
-from harvester.scene.keys import read_value, split_key
+from harvester.scene.keys import read_value, whole_key
 from harvester.scene.scene import Scene
 
 # of a key: "1k:10M:25", or numbers in SI units and texts with their unit
@@ -37,17 +37,18 @@ class Axis:
         return min(self.values) > 0.0 and max(self.values) >= 10.0 * min(self.values)
 
 
-def read_axis(text: str) -> Axis:
+def read_axis(text: str, present: Collection[str] = ()) -> Axis:
     """The axis that a text describes, such as ``load.resistance=1k:10M:25`` or ``load.resistance=1k,2k,5k``.
 
-    FROM:TO:COUNT is spaced evenly, by ratio if the ends differ tenfold.
+    FROM:TO:COUNT is spaced evenly, by ratio if the ends differ tenfold.  A key without its table is
+    that of the tables ``present`` in a scene (`harvester.scene.keys.full_key`).
 
     Raises InputError for a key that no scene has, or values that it cannot have.
     """
     key, equals, written = text.partition("=")
     if not equals:
         raise invalid("`vary`", "be KEY=FROM:TO:COUNT or KEY=A,B,C", text)
-    key = ".".join(split_key(key))
+    key = whole_key(key, present)
     parts = written.split(":")
     if len(parts) == 1:
         return Axis(key, tuple(read_value(key, part) for part in written.split(",")))
@@ -70,10 +71,12 @@ def read_axis(text: str) -> Axis:
     return Axis(key, tuple(map(float, values)))
 
 
-def axes_of(vary: Mapping[str, Values] | Sequence[Axis | str] | str) -> list[Axis]:
+def axes_of(
+    vary: Mapping[str, Values] | Sequence[Axis | str] | str, present: Collection[str] = ()
+) -> list[Axis]:
     """The axes of ``vary``, as of `harvester.studies.sweep.sweep.sweep`; raises InputError for another form."""
     if isinstance(vary, Mapping):
-        return [axis_of(key, some) for key, some in vary.items()]
+        return [axis_of(key, some, present) for key, some in vary.items()]
     must = "be KEY=VALUES, such as 'load.resistance=1k:10M:25', or an Axis"
     if isinstance(vary, bytes) or not isinstance(vary, Iterable):
         raise invalid("`vary`", must, vary)
@@ -81,15 +84,15 @@ def axes_of(vary: Mapping[str, Values] | Sequence[Axis | str] | str) -> list[Axi
     for entry in [vary] if isinstance(vary, str) else vary:
         if not isinstance(entry, Axis | str):
             raise invalid("`vary`", must, entry)
-        axes.append(read_axis(entry) if isinstance(entry, str) else entry)
+        axes.append(read_axis(entry, present) if isinstance(entry, str) else entry)
     return axes
 
 
-def axis_of(key: str, values: Values) -> Axis:
+def axis_of(key: str, values: Values, present: Collection[str] = ()) -> Axis:
     """The axis of a key and its values: numbers in SI units, texts with units, or one text; raises as `read_axis`."""
     if isinstance(values, str):
-        return read_axis(f"{key}={values}")
-    key = ".".join(split_key(key))
+        return read_axis(f"{key}={values}", present)
+    key = whole_key(key, present)
     if len(values) == 0:
         raise InputError(f"{key} must have values, but has none")
     return Axis(
@@ -176,7 +179,7 @@ def grid(axes: Sequence[Axis]) -> Points:
     return Points(tuple(Axis(a.key, tuple(map(float, a.values))) for a in axes))
 
 
-def read_points(path: str | Path) -> Points:
+def read_points(path: str | Path, present: Collection[str] = ()) -> Points:
     """A list of points from a CSV file: scene keys in the first line, then one point a line, units allowed.
 
     Raises InputError if the file cannot be read, or has something that no scene key can have, with
@@ -196,7 +199,7 @@ def read_points(path: str | Path) -> Points:
         raise InputError(
             f"`points` must have scene keys in its first line and then points, but {shown(str(path))} has none"
         )
-    keys = [".".join(split_key(cell.strip())) for cell in rows[0][1]]
+    keys = [whole_key(cell.strip(), present) for cell in rows[0][1]]
     columns: list[list[float]] = [[] for _ in keys]
     for number, row in rows[1:]:
         if len(row) != len(keys):

@@ -7,13 +7,15 @@ running when it ends: by an error, because nobody asks for more, or because the 
 import itertools
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, TypeAlias
 
 from harvester.errors import HarvesterError, SimulationError
 from harvester.machine.cores import cores, limited_environment, use_one_core
+from harvester.machine.progress import Progress, row_lasts
+from harvester.studies.sweep.rows import SweepRow
 from harvester.studies.sweep.tasks import Answer, Task, compute, compute_alone
 
 AHEAD = 4  # tasks with an executor for each thread of its workers, at least `FEWEST`
@@ -170,3 +172,34 @@ def compute_on_one_core(task: Task) -> list[Answer]:
     """Compute a task on one core, as each worker of an executor should."""
     use_one_core()
     return compute(task)
+
+
+class Paces:
+    """How long a row of each engine lasts, reported to a ``progress`` from the first task on.
+
+    It is the mean of the seconds that the rows state over the number of tasks at a time: a clock
+    would include the start of processes.
+    """
+
+    def __init__(self, progress: Progress, at_once: int) -> None:
+        self._progress = progress
+        self._at_once = at_once
+        self._sums: dict[str, tuple[float, int]] = {}
+
+    def add(self, name: str, answers: Sequence[Answer]) -> None:
+        """Count the answers of a task; those without seconds do not count."""
+        new = [row.seconds for row in answers if isinstance(row, SweepRow) and row.seconds]
+        before, count = self._sums.get(name, (0.0, 0))
+        self._sums[name] = before + sum(new), count + len(new)
+        total, count = self._sums[name]
+        if count:
+            row_lasts(self._progress, name, total / count / self._at_once)
+
+
+def tasks_at_once(executor: Any, workers: int) -> int:
+    """How many tasks an executor, or else so many workers, compute at a time."""
+    if executor is None:
+        return workers
+    if hasattr(executor, "nthreads"):  # a client of Dask, whose workers may all be about to start
+        return max(int(sum(executor.nthreads().values())), 1)
+    return int(getattr(executor, "_max_workers", 1))

@@ -75,8 +75,8 @@ def sweep(
         raise InputError(
             "`vary` must have a scene key, such as {'load.resistance': '1k:10M:25'}, but has none"
         )
-    axes = vary if isinstance(vary, Points) else axes_of(vary)
     problem = Problem.of(scene)
+    axes = vary if isinstance(vary, Points) else axes_of(vary, problem.scene.tables())
     which = chosen(problem, engines)
     points = axes if isinstance(axes, Points) else grid(axes)
     with called("sweep"):

@@ -24,7 +24,7 @@ from harvester.errors import InputError, invalid, named_once, reading
 from harvester.netlists.load_circuit import load_circuit
 from harvester.quantities.preferred_numbers import SERIES, nearest
 from harvester.quantities.units import fraction, split_unit
-from harvester.scene.keys import read_value, split_key
+from harvester.scene.keys import read_value, split_key, whole_key
 from harvester.scene.scene import Scene
 
 PARAMETERS = "load.parameters."  # before a name of the netlist
@@ -126,7 +126,7 @@ def _whole_key(key: str, scene: Scene) -> str:
         key = (
             "oscillator.frequency" if scene.excitation.frequency is None else "excitation.frequency"
         )
-    return ".".join(split_key(key))
+    return whole_key(key, scene.tables())
 
 
 def _refuse_unknown(key: str, scene: Scene) -> None:

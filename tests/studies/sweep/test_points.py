@@ -9,6 +9,7 @@ import harvester as hv
 from harvester.errors import InputError
 from harvester.scene.keys import unit_of
 from harvester.studies.sweep.points import Axis, Points, axes_of, grid, read_axis, read_points
+from harvester.studies.tolerance.spreads import parse
 from tests.support.paths import ROOT
 
 PLATE = hv.load(ROOT / "examples" / "plate_with_stop.toml")
@@ -32,6 +33,24 @@ def test_a_grid_runs_over_its_last_key_first():
         "stop.restitution": 0.7,
         "piezo.coupling": 2.0,
     }
+
+
+def test_a_key_without_its_table_is_that_of_the_scene(tmp_path):
+    """A gap is clear with one stop, and must have its table with two."""
+    present = PLATE.tables()
+    assert read_axis("gap=0.2e-3,0.3e-3", present) == Axis("stop.gap", (0.2e-3, 0.3e-3))
+    assert axes_of({"gap": ["0.2 mm"]}, present) == [Axis("stop.gap", (0.2e-3,))]
+    table = hv.sweep(PLATE, vary={"gap": [0.3e-3, 0.4e-3]}, engines=["averaged"])
+    assert [axis.key for axis in table.axes] == ["stop.gap"]
+    assert PLATE.vary("gap", "0.3 mm").stop.gap == 0.3e-3
+    (tmp_path / "points.csv").write_text("gap\n0.3 mm\n")
+    assert read_points(tmp_path / "points.csv", present).keys == ("stop.gap",)
+    assert parse("gap=1e-4:2e-4", PLATE).key == "stop.gap"
+    free = PLATE.replace(stop=None)
+    assert parse("stiffness=10%", free).key == "oscillator.stiffness"
+    both = PLATE.replace(opposite_stop=hv.OppositeStop(gap="1 mm", restitution=0.9))
+    with pytest.raises(InputError, match=r"with its table, but several have it: stop\.gap, opp"):
+        read_axis("gap=1e-3,2e-3", both.tables())
 
 
 def test_a_list_has_units_and_may_say_a_point_twice(tmp_path):
