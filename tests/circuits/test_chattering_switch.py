@@ -3,6 +3,7 @@
 import dataclasses
 import importlib
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -12,8 +13,9 @@ from harvester.circuits.circuit_path import trace_circuit
 from harvester.circuits.substeps import FINEST, MOST_CHANGES
 from harvester.engines.compiled import Compiled
 from harvester.equations.problem import Problem
+from harvester.machine.cores import cores
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from tests.support.netlists import compiled, on_plate
+from tests.support.netlists import PLATE, compiled, on_plate
 from tests.support.paths import ROOT
 
 sys.path.append(str(ROOT / "benchmarks"))
@@ -87,6 +89,36 @@ Rload p n 1Meg
 .model relay sw(ron=100 roff=1G vt=2 vh=1)
 .ends board
 """
+
+
+# below the bound of chatter: some ten thousand steps of the circuit in each of the mass
+SLOWER = OSCILLATOR.replace("C1 c n 100p", "C1 c n 300p")
+# the same from the moment at which a supply has risen, a tenth of the first window later
+LATE = SLOWER.replace("R1 s c 10k", "R0 s d 10k\nC0 d n 10u\nS2 s r d n start\nR1 r c 10k").replace(
+    ".ends", ".model start sw(ron=1 roff=1G vt=4 vh=0.1)\n.ends"
+)
+
+
+@pytest.mark.parametrize("text", [SLOWER, LATE], ids=["from the start", "later"])
+def test_an_oscillator_that_no_budget_suffices_for_is_refused_within_it(tmp_path, text):
+    """In CPU time, a core each, of a second call, whose kernels are compiled."""
+    path = tmp_path / "board.cir"
+    path.write_text(text)
+    scene = PLATE.with_load(netlist=str(path))
+    for _ in range(2):
+        begin = time.process_time()
+        with pytest.raises(hv.SimulationError, match=r"would need .* a `budget` of more than"):
+            Compiled(budget="5s").run(scene)
+    assert (time.process_time() - begin) / cores() < 1.5 * 5.0
+
+
+def test_a_circuit_that_oscillates_only_at_first_keeps_its_budget(tmp_path):
+    """Until a capacitor is charged, after half a step of the mass: that is not its pace."""
+    path = tmp_path / "board.cir"
+    until = LATE.replace("S2 s r d n start", "S2 s r n d start").replace("10u", "100n")
+    path.write_text(until.replace("vt=4", "vt=-4"))
+    answer = Compiled(budget="5s", judged=False).run(PLATE.with_load(netlist=str(path)))
+    assert answer.mean_power.value > 0.0
 
 
 def test_the_fuzzer_states_that_an_answer_does_not_end(tmp_path):

@@ -11,6 +11,7 @@ inter-well transitions are so rare that this would last too long, the burn-in en
 forgotten (`harvester.mechanics.ensemble.hopping`).
 """
 
+import math
 import time
 
 from harvester.equations.bounds import (
@@ -21,10 +22,11 @@ from harvester.equations.bounds import (
     surely_bounded,
 )
 from harvester.equations.coefficients import Equations
-from harvester.errors import SimulationError, UnboundedResponseError, invalid
+from harvester.errors import CircuitError, SimulationError, UnboundedResponseError, invalid
 from harvester.linear.record_doubts import density_doubts, record_doubts
+from harvester.machine.cores import cores
 from harvester.mechanics.ensemble.hopping import Hopping, hopping
-from harvester.mechanics.ensemble.trajectories import NotFiniteError, Trajectories
+from harvester.mechanics.ensemble.trajectories import LateError, NotFiniteError, Trajectories
 from harvester.mechanics.kernels.moments import Moments, correlation_time
 from harvester.mechanics.kernels.step_size import (
     STEP,
@@ -51,6 +53,8 @@ MEASURED = 0.1  # seconds after which the rate is known
 # steps that one of a compliant stop counts for, which looks for the contact's ends
 COMPLIANT = 16.0
 OWN_KERNEL = 64.0  # steps that one with a circuit's own kernel counts for
+OVER = 1.25  # times the budget, at which a window ends that became slower than expected
+TIMED = 0.2  # share of the budget, after which a pace is known
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
 
@@ -116,7 +120,7 @@ def until_steady(
     first = None
     while True:
         check_cost(trajectories, length, budget, begin)
-        now = trajectories.run(length)
+        now = _window(trajectories, length, budget, begin)
         means = now.averaged(trajectories.together)
         energy = means.mean("x2")[0] + means.mean("v2")[0]
         first = energy if first is None else first
@@ -139,6 +143,18 @@ def until_steady(
             return now, [_cut_short(trajectories, load, response)]
         length = _next_window(trajectories, length, same, max(load, response))
         before = means
+
+
+def _window(
+    trajectories: Trajectories, length: float, budget: float | None, begin: float
+) -> Moments:
+    """Run a window of a ``length``, but no longer than `OVER` times the budget."""
+    deadline = math.inf if budget is None else begin + OVER * max(budget, 1.0)
+    try:
+        return trajectories.run(length, deadline=deadline)
+    except LateError:
+        check_cost(trajectories, length, budget, begin)
+        raise
 
 
 def _next_window(trajectories: Trajectories, length: float, same: bool, end: float) -> float:
@@ -240,6 +256,31 @@ def check_cost(
         )
 
 
+def check_pace(trajectories: Trajectories, budget: float | None) -> None:
+    """Refuse a first window that is beyond the budget at the measured pace of an own circuit.
+
+    A circuit that switches often has ten thousand steps in each of the mass.  A block from rest is
+    timed until the window fits or `TIMED` of the budget is over, as its beginning may be slow.
+
+    Raises SimulationError, which states a remedy.
+    """
+    if budget is None or not trajectories.loaded.is_dear:
+        return
+    block = trajectories.brief(trajectories.h)
+    begin = time.perf_counter()
+    spent = 0.0
+    while spent < TIMED * budget:
+        try:
+            block.run(block.time or block.h)
+        except (CircuitError, UnboundedResponseError):  # the burn-in judges more steps
+            return
+        spent = time.perf_counter() - begin
+        trajectories.rate = OWN_KERNEL * block.steps / spent * min(cores(), trajectories.blocks)
+        if not _cost(trajectories, FIRST_WINDOW, budget, time.perf_counter())[0]:
+            return
+    check_cost(trajectories, FIRST_WINDOW, budget, time.perf_counter())
+
+
 def _cost(
     trajectories: Trajectories, length: float, budget: float | None, begin: float
 ) -> tuple[bool, float, float]:
@@ -249,7 +290,7 @@ def _cost(
     made = weight * trajectories.steps
     more = weight * length / trajectories.h * trajectories.count
     spent = time.perf_counter() - begin
-    rate = min(made / spent, STEPS_A_SECOND) if spent > MEASURED else STEPS_A_SECOND
+    rate = min(made / spent if spent > MEASURED else trajectories.rate, STEPS_A_SECOND)
     beyond = made + more > MOST_STEPS if budget is None else spent + more / rate > max(budget, 1.0)
     return beyond, made + more, max(spent, made / rate) + more / rate
 

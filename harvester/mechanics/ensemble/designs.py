@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from harvester.arrays import Bools, Floats, aligned
 from harvester.equations.coefficients import Equations
 from harvester.equations.impact_order import STRONG, step_order
+from harvester.mechanics.ensemble.block_threads import each
 from harvester.mechanics.ensemble.burn_in import (
     COMPLIANT,
     CORRELATION_TIMES,
@@ -32,7 +33,7 @@ from harvester.mechanics.ensemble.burn_in import (
     MOST_STEPS,
 )
 from harvester.mechanics.ensemble.loads import CHARGING_TIMES, LOAD_TIMES
-from harvester.mechanics.ensemble.trajectories import each, start_of, stride_of
+from harvester.mechanics.ensemble.trajectories import start_of, stride_of
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary
 from harvester.mechanics.kernels.coefficients import Coefficients
 from harvester.mechanics.kernels.control_variates import MARTINGALES, boundary

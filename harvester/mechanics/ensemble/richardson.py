@@ -12,8 +12,8 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.impact_order import STRONG, step_order
-from harvester.errors import UnboundedResponseError
-from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in, check_cost
+from harvester.errors import CircuitError, UnboundedResponseError
+from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in, check_cost, check_pace
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.moments import Moments
@@ -34,20 +34,25 @@ def compile_pair(trajectories: Trajectories, budget: float | None = None) -> Non
 
     Kernels that this process has compiled once are not compiled again.
 
-    Raises SimulationError, before anything is computed, if the shortest burn-in would exceed
-    the ``budget``.
+    Raises SimulationError, before the trajectories run, if the shortest burn-in would exceed the
+    ``budget``.
     """
     check_cost(trajectories, FIRST_WINDOW, budget, time.perf_counter())
-    if is_compiled(trajectories):
-        return
+    if not is_compiled(trajectories):
+        _compile(trajectories)
+    check_pace(trajectories, budget)
+
+
+def _compile(trajectories: Trajectories) -> None:
+    """Call all kernels of a pair once."""
     eqs = trajectories.eqs
     # else in records
-    block = trajectories.block(1e-3 if eqs.shaking_period is None and eqs.density is None else None)
-    # for a very stiff scene this step is too long
-    with contextlib.suppress(UnboundedResponseError):
-        block.run(0.01)
+    block = trajectories.brief(1e-3 if eqs.shaking_period is None and eqs.density is None else None)
+    # for a very stiff scene this step is too long, and failed steps count among many
+    with contextlib.suppress(UnboundedResponseError, CircuitError):
+        block.run(block.h)
         block.snapshot()
-        RichardsonPair(block, 0.01)
+        RichardsonPair(block, block.h)
     if (kind := _kind(trajectories)) is not None:
         _COMPILED.add(kind)
 

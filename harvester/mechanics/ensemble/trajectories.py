@@ -8,9 +8,9 @@ tabulated noise every block, on a record.  The kernels are `harvester.mechanics.
 import math
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from harvester.arrays import Floats, aligned
 from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
-from harvester.machine.cores import cores
+from harvester.mechanics.ensemble.block_threads import each
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.loads import loaded
 from harvester.mechanics.ensemble.own_circuit import OwnCircuit
@@ -41,9 +41,9 @@ from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Sche
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
 MOST_STEPS = 1e10  # of one trajectory in one go
-SOON = 8192  # steps of blocks of trajectories that no thread is started for: a few milliseconds
 # steps of a trajectory with a circuit of its own between two looks whether it is given up
 PIECE = 4096
+WATCHED = 64  # the same, between two looks at a deadline
 
 # called with the nondimensional time times trajectories that a block has done
 Progress = Callable[[float], None]
@@ -51,6 +51,10 @@ Progress = Callable[[float], None]
 
 class NotFiniteError(UnboundedResponseError):
     """A trajectory left the finite numbers: by growth, or by a step too long for its stiffness."""
+
+
+class LateError(SimulationError):
+    """A run that was given up, as it would have passed its deadline."""
 
 
 class Trajectories:
@@ -124,6 +128,7 @@ class Trajectories:
         self.start = start
         self.ngspice_rule = ngspice_rule
         self.steps = 0
+        self.rate = math.inf  # steps per second, if it was measured
         self.put_behind(circuit)
         self.hopping: Hopping | None = None  # if transitions are too rare to forget the start
         self.controlled = controlled and not ngspice_rule and self.loaded.has_controls
@@ -152,6 +157,7 @@ class Trajectories:
             self.stride = max(
                 2, math.gcd(round(repeat / h) // 16, 2 ** int(math.log2(self.stride)))
             )
+        self.is_brief = False
         start = np.moveaxis(self.start.reshape(3, -1, BATCH if self.start.ndim > 1 else 1), 1, 0)
         self.state = aligned((self.blocks, self.loaded.rows, BATCH))
         self.state[:, :3] = start
@@ -184,17 +190,21 @@ class Trajectories:
             states[:] = filter_start(self.eqs, grid, BATCH, rng, samples)
             self.shakers[k] = of_batch(known, states, words, samples)
 
-    def run(self, duration: float, progress: Progress | None = None) -> Moments:
+    def run(
+        self, duration: float, progress: Progress | None = None, deadline: float = math.inf
+    ) -> Moments:
         """Advance all trajectories by ``duration`` (rounded to whole samples and periods) and average.
 
         Raises UnboundedResponseError when a trajectory leaves the finite numbers, CircuitError
-        if too many circuit steps fail.
+        if too many circuit steps fail, and LateError if those of a circuit of its own would pass
+        the ``deadline`` (`time.perf_counter`).
         """
         if duration > MOST_STEPS * self.h:
             most = f"be at most {MOST_STEPS:.0e} steps"
             raise invalid("`duration`", most, f"{duration / self.h:.3g} steps")
         time = self.stride * self.h  # from one sample to the next
-        samples_a_period = round((self.eqs.shaking_period or time) / time)
+        repeat = time if self.is_brief else self.eqs.shaking_period or time
+        samples_a_period = round(repeat / time)
         samples = samples_a_period * max(1, round(duration / (samples_a_period * time)))
         pair = self.loaded
         sums = aligned((self.blocks, pair.sums, BATCH))
@@ -202,27 +212,35 @@ class Trajectories:
         begin = pair.boundary(self._states()) if self.controlled else np.empty(0)
         landed = self.ngspice_rule and self.time > 0.0
         schedule = Schedule(samples, self.stride, self.doublings, landed)
-        piece = max(1, PIECE // self.stride) if pair.is_dear else samples
+        steps = PIECE if math.isinf(deadline) else WATCHED
+        piece = max(1, steps // self.stride) if pair.is_dear else samples
+        reached = np.zeros(self.blocks)
         given_up = threading.Event()
 
         def block(k: int) -> None:
             controls = None if noise is None else noise[k]
             batch = pair.batch(self.state[k], self.words[k], sums[k], controls)
             for done in range(0, samples, piece):
+                begun = perf_counter()
                 part = schedule._replace(samples=min(piece, samples - done))
                 shaker = self.shakers[k]
                 pair.advance(batch, self.state[k], part, self.h, shaker, self.ngspice_rule)
                 if not np.abs(self.state[k]).max() < pair.largest:
                     self.state[k] = math.nan
+                reached[k] = min(done + piece, samples)
+                if reached[k] < samples and 2.0 * perf_counter() - begun > deadline:
+                    given_up.set()
                 if given_up.is_set() or math.isnan(self.state[k, 0, 0]):
                     break
             if progress is not None:
                 progress(samples * time * BATCH)
 
         each(block, self.blocks, samples * self.stride, given_up)
+        self.steps += round(reached.sum()) * self.stride * BATCH
+        if given_up.is_set():
+            raise LateError("the run would not end in the time for it: give a longer `budget`")
         elapsed = samples * time
         self.time += elapsed
-        self.steps += samples * self.stride * self.count
         if not all(
             np.isfinite(array).all() for array in (sums, self.state, noise) if array is not None
         ):
@@ -255,9 +273,12 @@ class Trajectories:
         """The state after a kick of all trajectories, shape (3 or 5, count)."""
         return np.moveaxis(self.state, 0, 1).reshape(self.state.shape[1], -1)
 
-    def block(self, h: float | None) -> "Trajectories":
-        """Fresh trajectories of the same scene, but a single block of them."""
-        return self._alike(self.eqs, 1, self.seed, h, None)
+    def brief(self, h: float | None) -> "Trajectories":
+        """A fresh block of such trajectories with samples of two steps, whole periods or not."""
+        brief = self._alike(self.eqs, 1, self.seed, h, None)
+        brief.stride = 2
+        brief.is_brief = True
+        return brief
 
     def with_step(self, h: float) -> "Trajectories":
         """Fresh trajectories of the same scene and number at another step, on other noise."""
@@ -273,6 +294,7 @@ class Trajectories:
         other._origin = self._origin
         other.restart(other.h)
         other.stride = max(self.stride // 2, 1)
+        other.is_brief = self.is_brief
         return other
 
     def continued(self, eqs: Equations, h: float) -> "Trajectories":
@@ -299,34 +321,6 @@ def stride_of(h: float) -> int:
     steps are a sample.
     """
     return 2 * max(1, round(0.2 / h))
-
-
-def each(block: Callable[[int], None], blocks: int, steps: int, given_up: threading.Event) -> None:
-    """Call ``block`` with the number of each of the blocks of so many ``steps``.
-
-    Each thread works on one block after the other: a task for each would cost as much as a hundred
-    steps of it. ``given_up``, set by ^C, ends them after their piece.
-    """
-    waiting = iter(range(blocks))  # which gives each number once, whatever thread asks
-
-    def work() -> None:
-        for k in waiting:
-            if given_up.is_set():
-                return
-            block(k)
-
-    if steps * blocks <= SOON:
-        work()
-        return
-    threads = min(cores(), blocks)
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            for task in [pool.submit(work) for _ in range(threads)]:
-                task.result()
-        except BaseException:
-            given_up.set()
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
 
 
 def _check_period(h: float, repeat: float) -> None:
