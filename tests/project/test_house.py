@@ -34,7 +34,7 @@ BOUNDS = [
     ("questions of which load or how many modes", 92, 60),
     ("one-importer modules", 87, 25),
     ("lines above 100 columns", 2612, 0),
-    ("thousands of tokens", 624, 445),
+    ("thousands of tokens", 625, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -39,7 +39,7 @@ from harvester.uncertainty.value import two_digits
 
 FIRST_WINDOW = 32.0  # time units: about five periods
 SHORTEST = 0.25  # of the window before: one that ends a burn-in
-ROOM = 0.75  # of a budget, for the burn-in of a circuit with a kernel of its own
+ROOM = 0.75  # the part of a budget for the burn-in with a kernel of a circuit
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 # from a window of half the burn-in they come out too short by a quarter at worst
 CORRELATION_TIMES = 10.0
