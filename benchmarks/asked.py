@@ -1,7 +1,7 @@
 """Thirty scenes of several features by three targets: reached or not, in which seconds, and by which engine.
 
-    python benchmarks/asked.py [scenes|predictions|coverage] [--budget 10] [--scene NAME ...]
-    ... coverage [--within 0.01] [--seeds 30]
+    python benchmarks/asked.py [scenes|predictions|coverage|by_hand] [--budget 10] [--scene NAME ...]
+    ... coverage|by_hand [--within 0.01] [--seeds 30]
 
 `scenes` reports for each scene and target whether `hv.Cheapest` reaches it in the budget, the engine,
 the stated error, and seconds of the wall and of all processes together (``busy``).  A run that is not
@@ -13,6 +13,7 @@ has them.  `coverage` counts answers of seeds whose total error includes a refer
 
 import argparse
 import contextlib
+import dataclasses
 import io
 import json
 import os
@@ -24,6 +25,7 @@ from common import report
 from targets import busy
 
 import harvester as hv
+from harvester.engines.selection import ENGINES, serving
 from harvester.errors import HarvesterError
 from harvester.presentation.diagnostic import has
 
@@ -32,6 +34,8 @@ TARGETS = (0.01, 0.1, 0.002)
 MOST = 1.5  # times the budget
 LONGEST = 60.0  # s: of a prediction that is tried
 SHORTEST = 1.0  # s of CPU time, from which on a prediction is asked for
+BY_HAND = 1.5  # times the seconds of the best engine chosen by hand
+ROUNDING = 0.1  # s: of shorter answers, a difference that nobody waits for
 REFEREE = 1e-3  # relative error of a reference
 SEEDS = 30
 OUT_OF_REACH = ("within_record_join",)  # warnings that no effort reaches the target
@@ -266,12 +270,14 @@ def scene(name):
     return hv.Scene(**tables)
 
 
-def asked(name, within, budget, seed=0):
-    """The answer of the chooser or its refusal, and the seconds that it took."""
+def asked(name, within, budget, seed=0, kind=hv.Cheapest):
+    """The answer of the chooser, or of another engine, or its refusal, and the seconds that it took."""
     begin = time.perf_counter()
     before = busy()
+    options = {"within": within, "budget": budget, "seed": seed}
+    known = {field.name for field in dataclasses.fields(kind)}
     try:
-        found = hv.Cheapest(within=within, budget=budget, seed=seed).run(scene(name))
+        found = kind(**{key: options[key] for key in options if key in known}).run(scene(name))
         refused = None
     except HarvesterError as error:
         found = None
@@ -372,6 +378,34 @@ def predictions(options):
     print(f"{len(good)} of {len(rows)} within a factor of 2")
 
 
+def by_hand(options):
+    """The seconds of the chooser against those of the fastest engine that reaches the target."""
+    rows = []
+    for name in options.scene or SCENES:
+        kinds = [ENGINES[each] for each in serving(scene(name))]
+        for kind in kinds:  # compiles
+            asked(name, 0.3, 1.0, kind=kind)
+        found, row = asked(name, options.within, options.budget)
+        took = {}
+        for kind in kinds:
+            other, spent = asked(name, options.within, options.budget, kind=kind)
+            error = None if other is None else stated(other)
+            if error is not None and error <= options.within:
+                took[kind.NAME] = spent["wall"]
+        best = min(took, key=took.get, default=None)
+        row = {"scene": name, "within": options.within} | row
+        row |= {"engine": None if found is None else found.engine, "by hand": took, "best": best}
+        if best is not None:
+            row["ratio"] = (row["wall"] + ROUNDING) / (took[best] + ROUNDING)
+        rows.append(row)
+        print(rows[-1], flush=True)
+        kept("asked_by_hand", rows, options)
+    known = [row["ratio"] for row in rows if "ratio" in row]
+    print(
+        f"{sum(ratio <= BY_HAND for ratio in known)} of {len(known)} at most {BY_HAND} times as long"
+    )
+
+
 def coverage(options):
     """Answers of seeds whose total error includes the reference."""
     rows = []
@@ -404,17 +438,23 @@ def kept(name, rows, options):
 
 
 def main():
-    """One of the three parts."""
+    """One of the four parts."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "part", choices=("scenes", "predictions", "coverage"), default="scenes", nargs="?"
+        "part",
+        choices=("scenes", "predictions", "coverage", "by_hand"),
+        default="scenes",
+        nargs="?",
     )
     parser.add_argument("--budget", type=float, default=10.0)
     parser.add_argument("--scene", action="append")
-    parser.add_argument("--within", type=float, default=0.01, help="target of `coverage`")
+    parser.add_argument(
+        "--within", type=float, default=0.01, help="target of `coverage` and `by_hand`"
+    )
     parser.add_argument("--seeds", type=int, default=SEEDS, help="answers of `coverage`")
     options = parser.parse_args()
-    {"scenes": scenes, "predictions": predictions, "coverage": coverage}[options.part](options)
+    parts = {"scenes": scenes, "predictions": predictions, "coverage": coverage, "by_hand": by_hand}
+    parts[options.part](options)
 
 
 if __name__ == "__main__":

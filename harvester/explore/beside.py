@@ -1,10 +1,12 @@
 """Further facts of a design: how far one trajectory reached, and the supply of a chip or a node."""
 
 import json
+import math
 from typing import Any
 
 from harvester.equations.problem import Problem
-from harvester.presentation.glossary import GLOSSARY
+from harvester.presentation.glossary import GLOSSARY, Term
+from harvester.presentation.sheet import ERROR_OF, WholeError, with_error
 from harvester.scene.scene import Scene
 from harvester.storage.bought_parts import coil_quality
 from harvester.uncertainty.value import amount
@@ -33,17 +35,27 @@ CHIP = "load_on"
 def of_chip(details: dict[str, float], values: dict[str, float]) -> list[tuple[str, str]]:
     """The rows of a chip: the results of engine `slow` for its load and store, and its thresholds in ``values``."""
     known = [
-        (GLOSSARY[name], details[name])
+        (GLOSSARY[name], WholeError(details[name], _error_of(details, name)))
         for name in details
         if name.startswith(("load_on", "store_"))
     ]
-    rows = [
-        (term.label, f"{100.0 * value:.3g} %" if term.kind == "share" else amount(value, term.kind))
-        for term, value in known
-    ]
+    rows = [(term.label, _amount(term, value) + with_error(value, term)) for term, value in known]
     return rows + [
         (name, amount(values[key], "V")) for key, name in _THRESHOLDS.items() if key in values
     ]
+
+
+def _error_of(details: dict[str, float], name: str) -> float:
+    """The total error of a number; infinite if it is not known, which JSON has as null."""
+    error = details.get(f"{ERROR_OF}{name}")
+    return math.inf if error is None else error
+
+
+def _amount(about: Term, number: WholeError) -> str:
+    """The number with its unit, without its error."""
+    if about.kind == "share":
+        return f"{100.0 * number.value:.3g} %"
+    return amount(number.value, about.kind)
 
 
 def of_coil(problem: Problem) -> dict[str, str]:

@@ -5,6 +5,7 @@ It is made from the fields of the result (`sheet`), each named and given its uni
 `Table` a table; results inside it are its parts.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeGuard
@@ -37,7 +38,7 @@ class Presentable(Protocol):
 
 @dataclass(frozen=True)
 class WholeError:
-    """A number of which the error at 95 % is known as a whole, and not its parts."""
+    """A number of which the error at 95 % is known as a whole; infinite: it is not known."""
 
     value: float
     error95: float
@@ -176,8 +177,10 @@ def _rows(name: str, content: Any, units: AnswerUnits, unit: str) -> Iterator[tu
         yield about.label, text
 
 
-def _with_error(content: WholeError, about: Term) -> str:
-    """The error in per cent, relative to the number; a fraction is itself in per cent, and so is its error."""
+def with_error(content: WholeError, about: Term) -> str:
+    """The error in per cent, relative to the number; a fraction is itself in per cent, as is its error."""
+    if math.isinf(content.error95):
+        return " (error not known)"
     if about.kind == "share":
         return f" +- {two_digits(100.0 * content.error95)} % (95 %)"
     return f" +- {percent(content.error95, content.value)} (95 %)" if content.value else ""
@@ -190,7 +193,7 @@ def _text(content: Any, about: Term, unit: str) -> str:
     if isinstance(content, Value | float | int):
         return quantity(content, about, unit)
     if isinstance(content, WholeError):
-        return quantity(content.value, about, unit) + _with_error(content, about)
+        return quantity(content.value, about, unit) + with_error(content, about)
     if isinstance(content, str | Diagnostic):
         return str(content)
     if isinstance(content, tuple) and all(isinstance(part, str) for part in content):

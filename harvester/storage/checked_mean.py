@@ -5,6 +5,7 @@ A check is another current for the same slow circuit: the change by it is one pa
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
@@ -28,6 +29,9 @@ ROUGHER = 4.0  # times the tolerance of runs that are compared with each other, 
 OTHERS = 5  # slow runs for errors in addition to the first one, at twice its step
 COARSEST = 8.0  # most times the step in a short budget
 PILOT = 0.02  # part of a run by which its duration is predicted
+# names of numbers of the load and of the storage voltage
+ON, ON_AFTER = "load_on", "load_on_after"
+LOWEST, HIGHEST = "store_lowest", "store_highest"
 
 
 @dataclass(frozen=True)
@@ -154,19 +158,24 @@ class CheckedMean:
         )
         return changed - base
 
-    def load(self, separation: float) -> dict[str, float]:
-        """`of_load` of the trajectory, and the total error of the duty cycle.
+    def load(
+        self, separation: float, known: Sequence[str] = (ON, ON_AFTER, LOWEST, HIGHEST)
+    ) -> dict[str, float]:
+        """`of_load` of the trajectory, with the total error of the ``known`` numbers.
 
-        That is its change by the step and by each check, and by the relative ``separation``, which
-        only the mean power is corrected for.
+        That is the change by the step and by each check, the time or voltage between two samples,
+        and the relative ``separation``, which only the mean power is corrected for.
         """
         numbers = of_load(self.path)
-        duty, base, *others = (
-            of_load(run)["load_on"] for run in (self.path, self.base, *self._others.values())
-        )
-        by_checks = sum(abs(other - base) for other in others)
-        error = abs(base - duty) + by_checks + separation * duty
-        return numbers | {f"{ERROR_OF}load_on": error}
+        at_step, *others = (of_load(run) for run in (self.base, *self._others.values()))
+        between = _between_samples(self.path)
+        for name in set(known) & set(numbers):
+            value = numbers[name]
+            same = at_step.get(name, math.inf)
+            by_checks = sum(abs(other.get(name, math.inf) - same) for other in others)
+            off = abs(same - value) + between.get(name, 0.0) + separation * value
+            numbers[f"{ERROR_OF}{name}"] = by_checks + off
+        return numbers
 
     def value(self, integral: str, judge: float, unknown: str, correction: Correction) -> Value:
         """The corrected mean with its errors; ngspice may differ by the share ``judge``."""
@@ -216,17 +225,35 @@ def settled_path(
 def of_load(path: SlowPath) -> dict[str, float]:
     """The load's duty cycle, the time (s) at which it is first on, and the range of the storage voltage.
 
-    On is above half of the load's largest voltage.  The first quarter of the run is left out.
+    On is above half of the load's largest voltage.  The first quarter of the run is left out.  An
+    infinite error of each states that it is not known.
     """
     on = path.load > 0.5 * path.load.max()
     late = path.t > 0.25 * path.t[-1]
-    if not path.load.max() > 0.0:
-        return {"load_on": 0.0, "store_highest": float(path.store.max())}
+    numbers = {ON: 0.0, HIGHEST: float(path.store.max())}
+    if path.load.max() > 0.0:
+        numbers = {
+            ON: float(on[late].mean()),
+            ON_AFTER: float(path.t[on.argmax()]),
+            LOWEST: float(path.store[late].min()),
+            HIGHEST: float(path.store[late].max()),
+        }
+    return numbers | {f"{ERROR_OF}{name}": math.inf for name in numbers}
+
+
+def _between_samples(path: SlowPath) -> dict[str, float]:
+    """The time (s) between samples of a run, and how far (V) an extreme voltage may be beyond them.
+
+    At a kink that is at most the change to the sample before, or to the one behind, whichever is
+    less.
+    """
+    late = path.store[path.t > 0.25 * path.t[-1]]
+    changes = np.abs(np.diff(late))
+    beyond = np.minimum(np.append(changes[:1], changes), np.append(changes, changes[-1:]))
     return {
-        "load_on": float(on[late].mean()),
-        "load_on_after": float(path.t[on.argmax()]),
-        "store_lowest": float(path.store[late].min()),
-        "store_highest": float(path.store[late].max()),
+        ON_AFTER: float(np.diff(path.t).max()),
+        LOWEST: float(beyond[late.argmin()]),
+        HIGHEST: float(beyond[late.argmax()]),
     }
 
 

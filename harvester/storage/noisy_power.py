@@ -30,6 +30,7 @@ from harvester.storage.checked_mean import (
     FIRST,
     LARGEST_SEPARATION,
     MOST,
+    ON,
     ROUGHER,
     Check,
     CheckedMean,
@@ -170,7 +171,7 @@ def noisy_power(
         slow_step=unit / FINER,
         steps=measuring + checking + direct + mean.steps + sum(run.steps for run in fluctuating),
         current=table,
-        load=mean.load(max(off, abs(gain.value) + gain.sampling95)),
+        load=mean.load(max(off, abs(gain.value) + gain.sampling95), known=(ON,)),
     )
 
 

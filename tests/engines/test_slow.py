@@ -8,6 +8,7 @@ with ngspice 39.3 on 23 November 2026, the last on 25 November; minutes each.
 """
 
 import dataclasses
+import math
 import time
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.engines import slow
 from harvester.engines.compiled import Compiled
 from harvester.engines.moment_existence import MomentExistence
@@ -22,12 +24,15 @@ from harvester.engines.selection import default_engine
 from harvester.engines.slow import AVERAGING, TOGETHER
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
+from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.presentation.diagnostic import has, warning
 from harvester.presentation.messages.unknown_parts import QUICK_UNDER_NOISE, RARE_MOTIONS
 from harvester.storage import noisy_power
 from harvester.storage.checked_mean import SlowPower
 from tests.support.paths import EXAMPLES
+
+AT_THE_LOAD = ("load_on", "load_on_after", "store_lowest", "store_highest")
 
 # Mean power (W) of whole cycles, and what ngspice itself changes by from steps of 50 us to 20 us,
 # or by its reltol.
@@ -85,12 +90,35 @@ def test_a_quick_answer_is_near_and_says_what_it_does_not_know():
     assert 0.0 < error < 0.05 * on
     assert f"{100.0 * on:.4g} % +- {100.0 * error:.2g} % (95 %)" in str(whole)
     assert soon.details["load_on"] == pytest.approx(on, abs=0.01)
+    assert all(soon.details[f"error_of_{name}"] == math.inf for name in AT_THE_LOAD)
+    assert str(soon).count("(error not known)") == len(AT_THE_LOAD)
     assert on * 3.3**2 / 10e3 == pytest.approx(whole.mean_power.value, rel=0.1)  # 3.3 V while on
     assert (
         3.67 - 0.05 < whole.details["store_lowest"] < whole.details["store_highest"] < 5.05 + 0.05
     )
     lighter = hv.Slow().quick(scene.vary("load.parameters.R", 20e3))
     assert lighter.details["load_on"] > 1.5 * on
+
+
+@pytest.mark.thorough("test_by_slow.py")
+def test_each_number_of_a_chip_has_an_error_that_holds():
+    """Mass and circuit together, from rest, through two of the output's cycles."""
+    scene = hv.load(EXAMPLES / "bimorph_ltc3588.toml")
+    known = hv.Slow().run(scene).details
+    error = {name: known[f"error_of_{name}"] for name in AT_THE_LOAD}
+    assert all(0.0 < error[name] < 0.05 * known[name] for name in AT_THE_LOAD)
+    after = known["load_on_after"]
+    problem = Problem.of(scene)
+    h = step_from_rest(problem.equations)
+    n_steps = round(2.0 * after * problem.scales.frequency / h / 16.0) * 16
+    circuit = compiled_circuit(problem.load_circuit, problem.scales)
+    path = circuit.trace(problem.equations, np.zeros(n_steps), h, 16)
+    t = np.arange(1.0, len(path.square) + 1.0) * 16.0 * h / problem.scales.frequency
+    first = t[(path.square > 1e-3 * path.square[-1]).argmax()]
+    settled = path.voltages[t > 1.2 * after, 1]
+    assert abs(first - after) <= error["load_on_after"]
+    assert abs(settled.min() - known["store_lowest"]) <= error["store_lowest"]
+    assert abs(settled.max() - known["store_highest"]) <= error["store_highest"]
 
 
 @pytest.mark.thorough("test_by_slow.py")

@@ -41,6 +41,7 @@ from harvester.uncertainty.value import two_digits
 
 FIRST_WINDOW = 32.0  # time units: about five periods
 SHORTEST = 0.25  # of the window before: one that ends a burn-in
+ROOM = 0.75  # the part of a budget for the burn-in with a kernel of a circuit
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 # from a window of half the burn-in they come out too short by a quarter at worst
 CORRELATION_TIMES = 10.0
@@ -111,7 +112,8 @@ def until_steady(
     ``begin`` is the time (`time.perf_counter`) from which the ``budget`` counts, by default now.
 
     Raises UnboundedResponseError when the energy keeps growing; SimulationError when it is bounded,
-    but still changes after `LONGEST`; or when more steps are needed than ``budget`` allows.
+    but still changes after `LONGEST`; or when more steps are needed than ``budget`` allows.  The
+    load's memory is counted from the beginning.
     """
     load = trajectories.loaded.memories * trajectories.loaded.memory
     begin = time.perf_counter() if begin is None else begin
@@ -119,7 +121,7 @@ def until_steady(
     before = None
     first = None
     while True:
-        check_cost(trajectories, length, budget, begin)
+        length = _affordable(trajectories, length, load, budget, begin)
         now = _window(trajectories, length, budget, begin)
         means = now.averaged(trajectories.together)
         energy = means.mean("x2")[0] + means.mean("v2")[0]
@@ -165,6 +167,32 @@ def _next_window(trajectories: Trajectories, length: float, same: bool, end: flo
         if is_dear
         else 2.0 * length
     )
+
+
+def _affordable(
+    trajectories: Trajectories, length: float, load: float, budget: float | None, begin: float
+) -> float:
+    """The next window of a ``length``, of an expensive circuit cut to the budget.
+
+    Raises SimulationError if neither that nor the memory of its ``load`` fits into it.
+    """
+    so_far = trajectories.time
+    if budget is None:
+        check_cost(trajectories, length, budget, begin)
+        return length
+    if so_far > 0.0 and trajectories.loaded.is_dear:
+        spent = time.perf_counter() - begin
+        length = cut_window(length, so_far, ROOM * budget / spent - 1.0)
+    check_cost(trajectories, max(length, min(load, LONGEST) - so_far), budget, begin)
+    return length
+
+
+def cut_window(length: float, burnt_in: float, share: float) -> float:
+    """The next window: a ``length``, or the ``share`` of ``burnt_in`` that a budget leaves.
+
+    At least `SHORTEST` of that time: means of less would agree whatever they are.
+    """
+    return min(length, max(share, SHORTEST) * burnt_in)
 
 
 def _agree(means: Moments, before: Moments | None, *names: str) -> bool:

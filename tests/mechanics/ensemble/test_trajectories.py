@@ -9,7 +9,7 @@ import pytest
 from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 from harvester.mechanics.ensemble import burn_in as settling
-from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.burn_in import burn_in, cut_window
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.presentation.diagnostic import has
@@ -316,3 +316,10 @@ def test_limit_cycle_without_noise():
     moments = many.run(500.0)
     a2 = (c2 / 4 + np.sqrt(c2**2 / 16 + c3 * c1 / 2)) / (c3 / 4)
     assert moments.mean("x2")[0] == pytest.approx(a2 / 2, rel=0.01)
+
+
+def test_a_window_of_a_burn_in_is_cut_to_its_budget_but_not_to_one_that_shows_nothing():
+    """A third window: whole if the budget leaves its time, else the rest, or a quarter of all."""
+    whole, burnt_in = 128.0, 96.0
+    lengths = [cut_window(whole, burnt_in, share) for share in (5.0, 0.5, 0.0, -0.8)]
+    assert lengths == [whole, 48.0, 24.0, 24.0]
