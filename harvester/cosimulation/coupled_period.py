@@ -38,6 +38,7 @@ from harvester.cosimulation.runs import CoupledDevice, run_in_this_process
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import check_one_mode
 from harvester.errors import CircuitError
+from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.period_map import PeriodMap
 from harvester.mechanics.periodic import (
     ALIKE,
@@ -129,9 +130,9 @@ class NgspiceMap(PeriodMap):
         (power, square, _) = self.means(drive)
         state = drive.state[0]
         self.known.append((float(power), float(square), float(state.end - state.begin)))
-        return CoupledState(
-            float(drive.samples[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes
-        ), drive
+        x, voltage, v = drive.samples[-1, [0, 1, 3]]
+        v = unkicked(State(x, v, voltage), self.h, drive.coefficients, float(shaking[-1]))
+        return CoupledState(float(x), v, drive.nodes), drive
 
     def means(self, drive: Drive) -> Floats:
         """Power of Rload (W) and mean square voltage (V^2) in a run, and the mean of x^2 + x'^2 in its last period."""
