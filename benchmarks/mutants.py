@@ -346,8 +346,8 @@ error-without-the-step: test_value.py
 - return self.sampling95 + (self.bias or 0.0)
 + return self.sampling95
 student-quantile: test_value.py
-- stdtrit(self.dof, 0.975)
-+ stdtrit(self.dof, 0.95)
+- stdtrit(dof, 0.975)
++ stdtrit(dof, 0.95)
 freedom-is-lost-in-units: test_value.py
 - dof=self.dof,
 + dof=None,

@@ -60,6 +60,7 @@ class CompiledCircuit:
     """
 
     sums = len(MORE_SUMS)
+    has_own_kernel = True
 
     def __init__(
         self,

@@ -20,11 +20,17 @@ from harvester.netlists.part import CircuitPart, unserved
 
 def voltage_source(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a source of constant voltage."""
+    branch = _branch(part, system)
+    system.add_source({branch: 1.0}, _constant_source(part))
+
+
+def _branch(part: CircuitPart, system: System) -> int:
+    """The current of a part as an unknown, with the equation of the voltage across it."""
     branch = system.branch(part.name)
     voltage = system.across_part(part)
     system.add(voltage, {branch: 1.0})
     system.add({branch: 1.0}, voltage)
-    system.add_source({branch: 1.0}, _constant_source(part))
+    return branch
 
 
 def current_source(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
@@ -40,10 +46,7 @@ def _constant_source(part: CircuitPart) -> float:
 
 def controlled_voltage(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
     """Add a voltage source that a voltage or a current controls."""
-    branch = system.branch(part.name)
-    voltage = system.across_part(part)
-    system.add(voltage, {branch: 1.0})
-    system.add({branch: 1.0}, voltage)
+    branch = _branch(part, system)
     control, gain = _control(part, system)
     system.add({branch: 1.0}, control, -gain)
 
@@ -84,10 +87,7 @@ def behavioural(part: CircuitPart, system: System, parts: Mapping[str, CircuitPa
         tree = operation("*", tree, constant(part.multiplicity))
     rows = system.across_part(part)
     if part.form == "v":
-        branch = system.branch(part.name)
-        system.add(rows, {branch: 1.0})
-        system.add({branch: 1.0}, rows)
-        rows = {branch: -1.0}
+        rows = {_branch(part, system): -1.0}
     if tree.is_constant:
         system.add_source(rows, -tree.value)
     elif rows:
@@ -157,10 +157,7 @@ def _capacitor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPar
 
 
 def _inductor(part: CircuitPart, system: System, parts: Mapping[str, CircuitPart]) -> None:
-    branch = system.branch(part.name)
-    voltage = system.across_part(part)
-    system.add(voltage, {branch: 1.0})
-    system.add({branch: 1.0}, voltage)
+    branch = _branch(part, system)
     inductance = value_of(part)
     flux: Row = {branch: inductance}
     for coupling in parts.values():

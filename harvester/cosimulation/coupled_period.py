@@ -38,27 +38,22 @@ from harvester.cosimulation.runs import CoupledDevice, run_in_this_process
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import check_one_mode
 from harvester.errors import CircuitError
-from harvester.mechanics.kernels.forcing import forcing
+from harvester.mechanics.kernels.coefficients import State
+from harvester.mechanics.period_map import PeriodMap
 from harvester.mechanics.periodic import (
     ALIKE,
     COMES_BACK,
     FIRST,
-    LONGEST_WAY,
-    MULTIPLES,
     NOISY,
     REACHED,
     STALE,
-    WANDERS,
     WORTH,
     Secants,
     Settling,
     comes_back_after,
-    periods_that_hold,
-    periods_to_settle,
 )
 from harvester.netlists.part import PIEZO
 
-MEASURED = 1  # periods that are averaged, after one that is not
 # of the state's size: so near a response, the way there is taken to be a straight one
 ROUGHLY = 0.03
 QUIET = 1.0 / 16.0  # of a period between a section and a turn of the motion, else it moves
@@ -67,26 +62,31 @@ AWAY = 0.02
 TRIED = 32
 
 
-class _Path:
-    """Runs of one device through periods of its excitation, from section to section, at one ``phase``.
+class NgspiceMap(PeriodMap):
+    """The map of one device in ngspice, from ``section`` to section at one ``phase``.
 
     The remainder of the way to a response must be below ``enough`` of its size.
     """
 
-    def __init__(self, device: CoupledDevice, phase: float, deadline: float, enough: float) -> None:
-        device = dataclasses.replace(device, load=without_initial_conditions(device.load))
-        self.device = device
+    repeats = 1  # after a period that is not averaged
+
+    def __init__(
+        self,
+        device: CoupledDevice,
+        start: Origin | Neighbour,
+        farads: float,
+        deadline: float,
+        enough: float,
+    ) -> None:
+        super().__init__(device.eqs, device.scales, device.h, farads)
+        self.device = dataclasses.replace(device, load=without_initial_conditions(device.load))
+        self.section = start.section
+        self.phase = round(start.phase * self.size) / self.size
         self.deadline = deadline
         self.enough = enough
         self.steps = 0
         self.mass_steps = 0
-        self.farads = 0.0  # of Csmooth
         self.known: list[Known] = []  # of the runs that ended
-        period = device.eqs.shaking_period
-        assert period is not None, "the excitation repeats itself"
-        self.size = round(period / device.h)  # kicks in a period
-        self.phase = round(phase * self.size) / self.size
-        self.shaking = forcing(device.eqs, device.h, self.size)
 
     def run(
         self,
@@ -101,12 +101,10 @@ class _Path:
         It keeps the nodes of so many kicks ``earlier`` as well.
         """
         device = self.device
-        s = self.device.scales
-        assert self.shaking is not None
+        s = self.scales
         check_one_mode(device.eqs)
-        at = np.arange(round(self.phase * self.size), round(self.phase * self.size) + n_steps + 1)
         voltage, stored = (section.nodes["p"], 0.0) if section.nodes else section.across
-        shaking = self.shaking[at % self.size]
+        shaking = self.shaking(round(self.phase * self.size), n_steps)
         drive = Drive(
             device.eqs,
             s.volts,
@@ -132,9 +130,9 @@ class _Path:
         (power, square, _) = self.means(drive)
         state = drive.state[0]
         self.known.append((float(power), float(square), float(state.end - state.begin)))
-        return CoupledState(
-            float(drive.samples[-1, 0]), unkicked(drive, float(shaking[-1])), drive.nodes
-        ), drive
+        x, voltage, v = drive.samples[-1, [0, 1, 3]]
+        v = unkicked(State(x, v, voltage), self.h, drive.coefficients, float(shaking[-1]))
+        return CoupledState(float(x), v, drive.nodes), drive
 
     def means(self, drive: Drive) -> Floats:
         """Power of Rload (W) and mean square voltage (V^2) in a run, and the mean of x^2 + x'^2 in its last period."""
@@ -144,40 +142,37 @@ class _Path:
             np.array([s.load, s.square], dtype=np.float64) / float(s.end - s.begin), moved
         )
 
-    def settling(
-        self, section: CoupledState, turns: int, known: Secants | None = None, stale: float = STALE
-    ) -> Settling:
-        """The map of so many periods, on x, x' and the node voltages in units of the voltage scale."""
-        names = list(section.nodes)
-        s = self.device.scales
+    @property
+    def names(self) -> list[str]:
+        """The names of the nodes and inductors of a state."""
+        return list(self.section.nodes)
 
-        def turn(y: Floats) -> tuple[Floats, Floats]:
-            after, drive = self.run(section_of(y, names, s.volts), turns * self.size)
-            return flat(after, s.volts), self.means(drive)
+    @property
+    def y(self) -> Floats:
+        """Displacement, velocity and the node voltages, in units of the voltage scale."""
+        return flat(self.section, self.scales.volts)
 
-        slow = self._slow_parts(names)
-        stored = self.farads * s.volts**2 * s.frequency / (turns * self.size * self.device.h)
-        swing = np.array([[0.0, 0.0, 1.0]] * 2 + [[0.0, s.volts**-2, 0.0]] * (len(slow) - 2))
-        groups = np.array([0, 0] + [1] * (len(slow) - 2))
-        return Settling(
-            turn,
-            slow,
-            groups,
-            state=flat(section, s.volts),
-            known=known,
-            stored=stored,
-            stale=stale,
-            swing=swing,
-            slowest=periods_to_settle(self.device.eqs, turns),
-        )
+    @property
+    def coordinates_and_speeds(self) -> int:
+        """The displacement and the velocity."""
+        return 2
 
-    def _slow_parts(self, names: list[str]) -> Floats:
-        """The memory of circuit and mass, shape (n, 2 + nodes): x, x', V, and the voltage of Csmooth last.
+    def turn(self, y: Floats, turns: int) -> tuple[Floats, Floats]:
+        """As of `PeriodMap`, by a run of its own."""
+        section = section_of(y, self.names, self.scales.volts)
+        after, drive = self.run(section, turns * self.size)
+        return flat(after, self.scales.volts), self.means(drive)
 
-        For a user's own circuit also the voltages of other capacitors, and the inductors' currents
-        over w0 Cp.
+    @property
+    def slow(self) -> Floats:
+        """Displacement, velocity, the piezo's voltage and last that of Csmooth.
+
+        Between them a user's own circuit has the inductors' currents over w0 Cp, and the
+        voltages of other capacitors.
         """
-        load, s = self.device.load, self.device.scales
+        names = self.names
+        load = self.device.load
+        s = self.scales
         pairs = [load.smoothing_nodes]
         if load.topology is None:
             both = {load.smoothing_nodes, load.smoothing_nodes[::-1], (PIEZO, "0"), ("0", PIEZO)}
@@ -200,15 +195,6 @@ class _Path:
             ]
         return np.array(slow)
 
-    def periods(self, oscillations: float, least: int = 1) -> int:
-        """Periods of the excitation that hold so many oscillations of the mass; a record's may hold many."""
-        return periods_that_hold(oscillations, self.size * self.device.h, least)
-
-    @property
-    def longest(self) -> int:
-        """Periods of a run of a mass that is not linear, until it may be near a response."""
-        return self.periods(LONGEST_WAY, 2 * MULTIPLES)
-
     def unbroken(
         self, section: CoupledState, turns: int, times: int
     ) -> tuple[Floats, CoupledState, Drive]:
@@ -220,29 +206,29 @@ class _Path:
         end, drive = self.run(section, times * size, size, size, size)
         x, v = drive.samples[:, 0], drive.samples[:, 3]
         return (
-            np.column_stack([x, v, drive.samples[:, 1], drive.charge / self.device.scales.volts]),
+            np.column_stack([x, v, drive.samples[:, 1], drive.charge / self.scales.volts]),
             end,
             drive,
         )
 
-    def wander(self, section: CoupledState, times: int) -> tuple[int, CoupledState]:
-        """After how many periods a run of so many comes back at its end, 0 for none, and its end."""
-        sections, end, drive = self.unbroken(section, 1, times)
-        return comes_back_after(sections[:, :2], math.sqrt(self.means(drive)[2])), end
+    def wander(self, periods: int) -> int:
+        """As of `PeriodMap`."""
+        sections, self.section, drive = self.unbroken(self.section, 1, periods)
+        return comes_back_after(sections[:, :2], math.sqrt(self.means(drive)[2]))
 
     def measured(
-        self, settled: Settling, names: list[str], turns: int, most: float = COMES_BACK
+        self, settled: Settling, turns: int, most: float = COMES_BACK
     ) -> PeriodicResponse | None:
         """The means of an unbroken run from where the map has settled; None if that does not come back.
 
         With ``most``, of the state's size, it must come that near, with all that is left of the
         way.
         """
-        scales = self.device.scales
+        scales = self.scales
         sections, section, drive = self.unbroken(
-            section_of(settled.state, names, scales.volts), turns, 1 + MEASURED
+            section_of(settled.state, self.names, scales.volts), turns, 1 + self.repeats
         )
-        changed = [drive.nodes[name] - drive.nodes_earlier[name] for name in names]
+        changed = [drive.nodes[name] - drive.nodes_earlier[name] for name in self.names]
         residual = settled.slow[:, 2:] @ np.array(changed) / scales.volts
         residual[:2] = sections[-1, :2] - sections[-2, :2]
         rest = settled.remainder(residual)
@@ -271,9 +257,9 @@ class _Path:
             probed=probed,
         )
 
-    def returns(self, settled: Settling, names: list[str], turns: int) -> bool:
+    def returns(self, settled: Settling, turns: int) -> bool:
         """Whether a motion that is pushed aside comes nearer again."""
-        begin = section_of(settled.state, names, self.device.scales.volts)
+        begin = section_of(settled.state, self.names, self.scales.volts)
         way = max(AWAY * math.hypot(begin.x, begin.v), 2.0 * NOISY * math.sqrt(settled.means[2]))
         aside = dataclasses.replace(begin, x=begin.x + 0.6 * way, v=begin.v + 0.8 * way)
         # its velocity is that of half a step later, as below
@@ -293,74 +279,56 @@ def periodic_response(
 
     None if it does not come back, even after some periods.  Raises as `run_in_this_process`.
     """
-    path = _Path(device, origin.phase if near is None else near.phase, deadline, enough)
+    path = NgspiceMap(device, near or origin, near.farads if near else 0.0, deadline, enough)
     linear = linear_growth(device.eqs) is not None and feeds_nothing(device.load)
-    section, known = (origin.section, None) if near is None else (near.section, near.secants)
-    path.farads = 0.0 if near is None else near.farads
+    known = near.secants if near else None
     # on its branch, as long as that is there
     stays = near is not None and (not linear or near.quiet > QUIET)
-    if near and stays and (response := _settled(path, section, near.turns, linear, known, linear)):
+    if near and stays and (response := _settled(path, near.turns, linear, known, linear)):
         return response
-    section, moved = _to_a_quiet_phase(path, section, near is None)
+    moved = _moves_to_a_quiet_phase(path, near is None)
     known = None if moved else known
-    section = section if linear else _near_a_response(path, section)
-    if (response := _settled(path, section, origin.turns, linear, known, linear)) is not None:
+    if not linear:
+        path.come_near()
+    if (response := _settled(path, origin.turns, linear, known, linear)) is not None:
         return response
-    again, section = path.wander(section, 2 * path.longest)
-    return _settled(path, section, again, False) if again else None
+    again = path.wander(2 * path.longest)
+    return _settled(path, again, False) if again else None
 
 
-def _near_a_response(path: _Path, section: CoupledState) -> CoupledState:
-    """The start of the repeating motion: a leap from farther away would lead to any response."""
-    for _ in range(WANDERS):
-        again, section = path.wander(section, path.longest)
-        if again:
-            break
-    return section
-
-
-def _to_a_quiet_phase(
-    path: _Path, section: CoupledState, from_rest: bool
-) -> tuple[CoupledState, bool]:
-    """Go on to a phase of the excitation at which the motion is quiet: the section there, and whether it moved."""
-    section, drive = path.run(
-        section, path.periods(FIRST if from_rest else 1) * path.size, stride=1
+def _moves_to_a_quiet_phase(path: NgspiceMap, from_rest: bool) -> bool:
+    """Continue to a phase at which the motion is quiet; whether that is another phase."""
+    path.section, drive = path.run(
+        path.section, path.periods(FIRST if from_rest else 1) * path.size, stride=1
     )
     quiet, away = quiet_kick(drive.samples[-path.size :, 3])
     if not from_rest and away >= QUIET * path.size:
-        return section, False
-    section, _ = path.run(section, quiet)
+        return False
+    path.section, _ = path.run(path.section, quiet)
     path.phase = (path.phase + quiet / path.size) % 1.0
-    return section, True
+    return True
 
 
 def same_response(
     device: CoupledDevice, near: Neighbour, deadline: float, enough: float = REACHED
 ) -> PeriodicResponse | None:
     """The same response at another step or tolerance; None if it has disappeared."""
-    path = _Path(device, near.phase, deadline, enough)
-    path.farads = near.farads
-    return _settled(path, near.section, near.turns, True, near.secants)
+    path = NgspiceMap(device, near, near.farads, deadline, enough)
+    return _settled(path, near.turns, True, near.secants)
 
 
 def _settled(
-    path: _Path,
-    section: CoupledState,
-    turns: int,
-    surely: bool,
-    known: Secants | None = None,
-    fresh: bool = False,
+    path: NgspiceMap, turns: int, surely: bool, known: Secants | None = None, fresh: bool = False
 ) -> PeriodicResponse | None:
-    """The response near a section; None if none comes back, and holds unless it ``surely`` does."""
-    names = list(section.nodes)
-    settled = path.settling(section, turns, known, STALE if fresh else ALIKE)
+    """The response near the section; None if none comes back, and holds unless ``surely``."""
+    settled = path.settling(turns, known, STALE if fresh else ALIKE)
     if fresh and settled.reach(ROUGHLY):
         settled.probe()
     if surely and (known is not None or settled.probed) and settled.reach(path.enough, guess=True):
-        if response := path.measured(settled, names, turns, path.enough):
+        if response := path.measured(settled, turns, path.enough):
             return response
     elif surely and settled.reach(path.enough) and not settled.probed:
         settled.learn()
-    if not settled.reach(path.enough) or not (surely or path.returns(settled, names, turns)):
+    if not settled.reach(path.enough) or not (surely or path.returns(settled, turns)):
         return None
-    return path.measured(settled, names, turns)
+    return path.measured(settled, turns)

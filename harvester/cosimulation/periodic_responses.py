@@ -1,8 +1,10 @@
 """A periodic response of a mass and a load circuit: its means, and the start of another one."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Self
 
 import numpy as np
 
@@ -11,14 +13,17 @@ from harvester.cosimulation.lockstep.energy_ledger import EnergyLedger
 from harvester.cosimulation.poincare_sections import CoupledState
 from harvester.linear.transfer import first_harmonic
 from harvester.mechanics.largest_swing import Swing
+from harvester.mechanics.period_map import ResponseStart, check_numbers
 from harvester.mechanics.periodic import Secants
 
 Known = tuple[float, float, float]
 """Mean power of Rload (W), mean square of the terminals' voltage (V^2), and the seconds that they cover."""
 
+NODE = re.compile(r"[!-'*-~]{1,200}")  # a name in a netlist: no blank and no bracket
+
 
 @dataclass(frozen=True)
-class Neighbour:
+class Neighbour(ResponseStart):
     """All of a periodic response that the way to one of an excitation a little different begins with.
 
     It comes back after ``turns`` periods of the excitation, and is at ``section`` at the part
@@ -33,6 +38,35 @@ class Neighbour:
     secants: Secants | None
     farads: float
     quiet: float
+
+    def to_json(self) -> dict[str, Any]:
+        """The numbers for a file."""
+        ways = (
+            None
+            if self.secants is None
+            else {name: values.tolist() for name, values in vars(self.secants).items()}
+        )
+        numbers = {name: getattr(self, name) for name in ("phase", "turns", "farads", "quiet")}
+        return {"section": asdict(self.section), **numbers, "secants": ways}
+
+    @classmethod
+    def from_json(cls, state: Mapping[str, Any]) -> Self:
+        """As of `ResponseStart`; names of nodes enter a netlist, and must be no more than names."""
+        section = state["section"]
+        x, v = (float(section[name]) for name in ("x", "v"))
+        nodes = {str(name): float(volts) for name, volts in section["nodes"].items()}
+        phase, farads, quiet = (float(state[name]) for name in ("phase", "farads", "quiet"))
+        turns = int(state["turns"])
+        check_numbers(turns, [x, v, phase, farads, quiet, *nodes.values()])
+        if not all(map(NODE.fullmatch, nodes)):
+            raise ValueError("no state of mass and circuit")
+        ways = state["secants"]
+        secants = None
+        if ways:
+            secants = Secants(
+                **{name: np.array(values, dtype=float) for name, values in ways.items()}
+            )
+        return cls(CoupledState(x, v, nodes), phase, turns, secants, farads, quiet)
 
 
 @dataclass(frozen=True)

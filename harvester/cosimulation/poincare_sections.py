@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.cosimulation.lockstep.drive import Drive
-from harvester.mechanics.kernels.coefficients import State
+from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 
@@ -60,15 +59,12 @@ def quiet_kick(velocity: Floats) -> tuple[int, int]:
     return int(changes[longest] + gaps[longest] // 2) % size or size, away
 
 
-def unkicked(drive: Drive, a: float) -> float:
-    """The velocity in the middle of a drive's last kick, for the start of another drive; a kick is linear in it."""
-    x, voltage, v = drive.samples[-1, [0, 1, 3]]
-    half = 0.5 * float(drive.state[0].h)
-    c = drive.coefficients
+def unkicked(s: State, h: float, c: Coefficients, a: float) -> float:
+    """The velocity in the middle of a kick of length h that led to s; a kick is linear in it."""
     at_rest, at_speed = (
-        interpreted(kick)(State(x, speed, voltage), 0.0, half, c, a) for speed in (0.0, 1.0)
+        interpreted(kick)(State(s.x, speed, s.V), 0.0, 0.5 * h, c, a) for speed in (0.0, 1.0)
     )
-    return float((v - at_rest) / (at_speed - at_rest))
+    return float((s.v - at_rest) / (at_speed - at_rest))
 
 
 def flat(section: CoupledState, volts: float) -> Floats:

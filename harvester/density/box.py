@@ -8,7 +8,6 @@ from scipy.special import gamma
 
 from harvester.arrays import Floats
 from harvester.density.coupled_modes import Factors, integrals, pinned, stationary
-from harvester.density.elements import quadrature
 from harvester.density.forces import force, friction, heat
 from harvester.density.mesh import RESOLUTIONS, Box, mesh
 from harvester.density.moment_weights import MomentWeights, value
@@ -152,8 +151,8 @@ def _box(eqs: Equations, form: WeakForm, p: Floats, tail: float) -> Box:
     1/2)/Gamma(1/2).
     """
     mesh = form.mesh
-    in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
-    in_v = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 3)
+    in_x = mesh.in_x
+    in_v = mesh.in_v
     of_x = in_x.weights * ((p[0] @ form.over_v(form.v_mass)) @ in_x.values.T)
     line = np.einsum("eij,ei->j", p[0, ..., : form.v_nodes], form.x_mass.sum(axis=1))
     of_v = in_v.weights * (_by_element(line, mesh.degree) @ in_v.values.T)

@@ -32,7 +32,7 @@ class Marginals:
         self.p = p[..., : form.v_nodes]
         mesh = form.mesh
         self._whole = p
-        self._x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
+        self._x = mesh.in_x
         self._over_v = form.over_v(form.v_mass)[: form.v_nodes]
 
     def displacement(self, x: Floats) -> Floats:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.density.elements import Quadrature, quadrature
 from harvester.equations.coefficients import Equations
 
 SHORT = 20.0  # tail of a box for which a resolution is meant
@@ -60,6 +61,16 @@ class Mesh:
     x_breaks: Floats
     v_breaks: Floats
     degree: int
+
+    @property
+    def in_x(self) -> Quadrature:
+        """The Gauss points in x, exact for products of two shapes with a polynomial of degree 5."""
+        return quadrature(self.x_breaks, self.degree, self.degree + 3)
+
+    @property
+    def in_v(self) -> Quadrature:
+        """As many Gauss points in v."""
+        return quadrature(self.v_breaks, self.degree, self.degree + 3)
 
     def memory(self, modes: int) -> float:
         """The bytes that the factors of so many modes need: a dense matrix for each x-element.

@@ -3,7 +3,6 @@
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.density.elements import quadrature
 from harvester.density.weak_form import WeakForm
 
 
@@ -13,8 +12,8 @@ class MomentWeights:
     def __init__(self, form: WeakForm) -> None:
         self.form = form
         mesh = form.mesh
-        in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
-        in_v = quadrature(mesh.v_breaks, mesh.degree, mesh.degree + 3)
+        in_x = mesh.in_x
+        in_v = mesh.in_v
         self._x = [
             np.einsum("eq,qi->ei", in_x.weights * in_x.points**n, in_x.values) for n in range(3)
         ]

@@ -23,7 +23,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.density.coupled_modes import Factors, integrals, pinned
-from harvester.density.elements import products, quadrature
+from harvester.density.elements import products
 from harvester.density.moment_weights import MomentWeights, value
 from harvester.density.refine import Solution
 from harvester.density.weak_form import WeakForm
@@ -111,7 +111,7 @@ def voltage_weights(form: WeakForm) -> Floats:
 def times_voltage(form: WeakForm, p: Floats) -> Floats:
     """The integrals of V p with every test function; V = x without a load, else x - y."""
     mesh, frame = form.mesh, form.frame
-    in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
+    in_x = mesh.in_x
     voltage = in_x.points if form.modes == 1 else (1.0 - frame.slope) * in_x.points - frame.offset
     made: Floats = products(in_x.weights * voltage, in_x.values, in_x.values) @ p @ form.v_mass.T
     if (

@@ -106,7 +106,7 @@ class WeakForm:
         beta = 0.0 if eqs.mu is None else eqs.beta or 0.0
         self.lift = beta * frame.scale
         self.back_coupled = self.lift != 0.0 and modes > 1
-        in_x = quadrature(mesh.x_breaks, mesh.degree, mesh.degree + 3)
+        in_x = mesh.in_x
         x, values = in_x.points, in_x.values
         mean_force = force(eqs, x) - beta * ((1.0 - frame.slope) * x - frame.offset)
         weights = in_x.weights

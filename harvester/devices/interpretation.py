@@ -125,7 +125,7 @@ def noise_share(beta: float, c: float) -> float:
 def _load(problem: Problem) -> Finding:
     """The load and the best one, which is searched for with a formula if one supports the scene."""
     nothing: dict[str, Any] = {"best_load": None}
-    if problem.netlist is not None:
+    if not problem.load.is_in_equations:
         return [], nothing
     kind = formula(problem)
     shaken = problem.equations.is_shaken

@@ -81,7 +81,7 @@ class Cheapest(MonteCarloOptions, Engine):
         within = number(self.within)
         if within is None:
             raise InputError("`within` must be given if no engine is, but is left out")
-        if problem.netlist is not None:
+        if not problem.load.is_in_equations:
             return self._of_netlist(problem, within, progress)
         kind = formula(problem)
         try:

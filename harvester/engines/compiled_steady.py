@@ -9,13 +9,13 @@ from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import Progress, estimate
 from harvester.engines.spice.estimates import missed, motion_details
 from harvester.engines.spice.steady import FINEST, ROUGHEST, SETTLED, WITHIN
-from harvester.engines.spice.steady_response import steps_in_period, to_be_found
+from harvester.engines.spice.steady_response import may_come_back, steps_in_period, to_be_found
 from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
 from harvester.linear.record_doubts import join_beyond, record_doubts
 from harvester.netlists.for_ngspice import RELTOL_OF_JUDGE
-from harvester.presentation.diagnostic import Diagnostic, note, warning
+from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
 from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
@@ -84,11 +84,12 @@ def steady_answer(
         )
     last = periods.responses[-1]
     power = periods.value("power")
+    judge = "steady_difference" if may_come_back(problem) else "difference_along"
     details = {"step": last.path.h / problem.units.frequency, "response_periods": float(last.turns)}
     details |= motion_details(problem, periods.value, last)
     diagnostics = [
         note("comes_back", periods=last.turns, from_before=near is not None),
-        _judge(problem) if periods.differences else warning("compiled_circuit"),
+        note(judge) if periods.differences else warning("compiled_circuit"),
         note("others_not_sought") if linear_growth(problem.equations) is None else None,
         None if within is None else missed(within, power),
         *record_doubts(problem.equations),
@@ -108,12 +109,6 @@ def steady_answer(
         steps=steps,
         details=details,
     ), last
-
-
-def _judge(problem: Problem) -> Diagnostic:
-    """The note on how the difference from ngspice was found."""
-    code = "steady_difference" if problem.equations.modes is None else "difference_along"
-    return note(code)
 
 
 def _periods(
@@ -153,7 +148,7 @@ def _differences(
 
     With several modes it is that on the motion of ``response``: a response is sought for one.
     """
-    if problem.equations.modes is not None:
+    if not may_come_back(problem):
         from harvester.engines.spice.difference import difference_along
 
         quantities = {"load": "power", "V2": "square"}
@@ -175,21 +170,14 @@ def _differences(
 def _origin(problem: Problem, response: "CircuitPeriod") -> "Origin":
     """The start of ngspice's way: the middle of the kick of the state that was found."""
     from harvester.circuits.compiled_circuit import compiled_circuit
-    from harvester.cosimulation.poincare_sections import CoupledState, Origin
+    from harvester.cosimulation.poincare_sections import CoupledState, Origin, unkicked
     from harvester.cosimulation.runs import in_ngspice
     from harvester.mechanics.kernels.coefficients import State, coefficients
-    from harvester.mechanics.kernels.compiled import interpreted
-    from harvester.mechanics.kernels.equation_of_motion import kick
 
     path = response.path
-    c = coefficients(problem.equations)
     voltages = compiled_circuit(problem.load_circuit, problem.scales).voltages(response.state)
     assert path.shaking is not None, "the drive is steady"
-    voltage = float(path.samples[-1, 1])
-    a = float(path.shaking[-1])
     x, after = map(float, response.coordinates)
-    ends = [
-        interpreted(kick)(State(x, speed, voltage), 0.0, 0.5 * path.h, c, a) for speed in (0.0, 1.0)
-    ]
-    v = float((after - ends[0]) / (ends[1] - ends[0]))
+    kicked = State(x, after, float(path.samples[-1, 1]))
+    v = unkicked(kicked, path.h, coefficients(problem.equations), float(path.shaking[-1]))
     return Origin(CoupledState(x, v, in_ngspice(voltages)), 0.0, response.turns)

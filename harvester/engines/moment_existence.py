@@ -43,7 +43,7 @@ def existence(problem: Problem, is_sampled: bool = True) -> MomentExistence:
     eqs = problem.equations
     if eqs.n2 is None or not eqs.is_shaken:
         return MomentExistence(None)
-    if (tail := power_tail(eqs, driven=problem.load.may_drive)) is None:
+    if (tail := power_tail(eqs, driven=not problem.load.is_in_equations)) is None:
         return MomentExistence(None)
     if tail.moment_diverges(0.0):
         raise UnboundedResponseError(refusal("grows_by_stiffness_noise"))

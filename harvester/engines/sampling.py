@@ -93,9 +93,7 @@ def refine(sampler: Sampler, target: Target) -> Diagnostic | None:
 
 def has_own_kernel(circuit: "IdealCircuit | OwnCircuit | None") -> bool:
     """Whether a circuit is a netlist's, with a kernel of its own."""
-    from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
-
-    return circuit is not None and not isinstance(circuit, IdealCircuit)
+    return circuit is not None and circuit.has_own_kernel
 
 
 def affordable(
@@ -146,7 +144,7 @@ def _rare_hops(hops: "Hopping", h: float, problem: Problem) -> Diagnostic:
     """The warning that inter-well transitions are rare, how rare, and the effort of an answer at a step of ``h``."""
     eqs, unit = problem.equations, problem.units
     metre = "m" if problem.physical else ""
-    rates = None if problem.netlist is not None else hopping_rates(eqs)
+    rates = hopping_rates(eqs) if problem.load.is_in_equations else None
     rate = hops.rate if hops.hops or rates is None else sum(rates)
     return warning(
         "rare_hops",

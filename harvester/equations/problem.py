@@ -29,8 +29,8 @@ class AnyLoad:
 
     ``netlist`` is the name or path of a netlist, ``circuit`` the load as a circuit for ngspice, and
     ``text`` the text of a netlist; None without one.  ``effects`` are those that a netlist adds,
-    ``value_warnings`` warnings of its probably unintended values.  ``may_drive`` is whether its
-    voltage is not in the equations.  ``lone_resistance`` is that of a netlist that is only a
+    ``value_warnings`` warnings of its probably unintended values.  ``is_in_equations`` is whether
+    the equations have all of it.  ``lone_resistance`` is that of a netlist that is only a
     resistor (ohm), ``store`` the storage capacitor (F), ``values`` the parameters of its circuit.
     ``resistance_key`` is the scene key of the load's resistance.
     """
@@ -39,7 +39,7 @@ class AnyLoad:
     text: str | None = None
     effects: tuple[str, ...] = ()
     value_warnings: tuple[Diagnostic, ...] = ()
-    may_drive = False
+    is_in_equations = True
     lone_resistance: float | None = None
     store: float | None = None
     resistance_key = "load.resistance"
@@ -123,7 +123,7 @@ class LoadNetlist(LoadWithCircuit):
     """A netlist."""
 
     effects = ("netlist",)
-    may_drive = True
+    is_in_equations = False
 
     @property
     def netlist(self) -> str | None:  # type: ignore[override]

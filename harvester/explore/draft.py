@@ -204,6 +204,13 @@ class Draft:
         self.texts[PARAMETER + "R"] = before
 
     @property
+    def load_keys(self) -> list[str]:
+        """The keys with a number of the present load."""
+        if self.netlist is not None:
+            return self.parameters
+        return [RESISTANCE] * (self.physical and RESISTANCE in self.texts and self.loaded)
+
+    @property
     def parameters(self) -> list[str]:
         """The keys of the netlist's parameters."""
         return [key for key in self.texts if key.startswith(PARAMETER)]
@@ -215,10 +222,7 @@ class Draft:
     def present_keys(self) -> list[str]:
         """The keys with a number that the scene has, in the order of the page."""
         keys = [key for e in self.effects if self.has(e) for key in e.keys if key in self.texts]
-        keys = [*dict.fromkeys(keys)]
-        if self.netlist is not None:
-            return keys + self.parameters
-        return keys + [RESISTANCE] * (self.physical and RESISTANCE in self.texts and self.loaded)
+        return [*dict.fromkeys(keys), *self.load_keys]
 
     def tables(self) -> dict[str, Any]:
         """The scene as the nested tables of a scene file; InputError if a record is wanted and none is there."""
@@ -229,16 +233,17 @@ class Draft:
             table, name = key.split(".", 1)
             if (value := self._in_file(key)) is not None:
                 tables.setdefault(table, {})[name] = value
-        if self.netlist is not None:
-            values = {
-                key.removeprefix(PARAMETER): in_file(key, self.texts[key]) for key in self._named()
-            }
-            tables["load"] = {"netlist": self.netlist, **self.load} | (
-                {"parameters": values} if values else {}
-            )
-        elif self.physical and self.loaded and RESISTANCE in self.texts:
-            tables["load"] = {"resistance": in_file(RESISTANCE, self.texts[RESISTANCE])}
-        return tables | self.beside | (self.carried if self.netlist is not None else {})
+        if self.netlist is None:
+            for key in self.load_keys:
+                tables["load"] = {"resistance": in_file(key, self.texts[key])}
+            return tables | self.beside
+        values = {
+            key.removeprefix(PARAMETER): in_file(key, self.texts[key]) for key in self._named()
+        }
+        tables["load"] = {"netlist": self.netlist, **self.load} | (
+            {"parameters": values} if values else {}
+        )
+        return tables | self.beside | self.carried
 
     def _in_file(self, key: str) -> Any:
         """The entry of a scene file for a key; None if it has no text."""

@@ -272,11 +272,10 @@ class Knobs:
         """Make the sliders of the load anew: the resistance, or the netlist's parameters."""
         for key in [key for key in self.knobs if key.startswith(PARAMETER) or key == RESISTANCE]:
             del self.knobs[key]
-        if self.draft.netlist is None and RESISTANCE not in self.draft.texts:
+        if not self.draft.loaded:
             self._load.objects = [pn.pane.HTML("No load yet: choose one.", margin=(0, 0, 4, 2))]
             return
-        names = [RESISTANCE] if self.draft.netlist is None else self.draft.parameters
-        self._load.objects = [self._knob(key).view for key in names]
+        self._load.objects = [self._knob(key).view for key in self.draft.load_keys]
 
     def _switched(self, effect: EffectCard, on: bool) -> None:
         if self._quiet:

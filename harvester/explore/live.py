@@ -112,7 +112,7 @@ def live(
             serving=serving,
         )
     before = (known.curves, known.here, known.refused) if known is not None else ({}, {}, {})
-    snapshot = Live(problem, key, at, problem.netlist is not None, *map(dict, before))  # type: ignore[arg-type]
+    snapshot = Live(problem, key, at, not problem.load.is_in_equations, *map(dict, before))  # type: ignore[arg-type]
     snapshot.serving.update(serving)
     snapshot.curves.update(curves or {})
     for name, engine in FORMULAS.items():
@@ -167,7 +167,7 @@ def _add(
 
 def _without_netlist(problem: Problem, key: str) -> tuple[Scene | None, str]:
     """The scene with a resistor in the place of a netlist, and the key there; None if that cannot be."""
-    if problem.netlist is None:
+    if problem.load.is_in_equations:
         return problem.scene, key
     # refuses a netlist that is not allowed
     resistance = problem.load.values.get("R")

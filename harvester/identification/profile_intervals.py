@@ -17,6 +17,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.identification.fit import DeviceFit
+from harvester.uncertainty.value import student95
 
 Quantity = Callable[[dict[str, float]], float]
 STEPS, FOLLOW = 4, 4  # of the search for an end; of the other parameters at each
@@ -43,8 +44,6 @@ class Profiles:
     """The intervals of one fit."""
 
     def __init__(self, fit: DeviceFit) -> None:
-        from scipy.special import stdtrit
-
         self.fit = fit
         # what nothing determines varies by 1e6
         curvature = fit.jacobian.T @ fit.jacobian + 1e-12 * np.eye(len(fit.p))
@@ -59,7 +58,7 @@ class Profiles:
         )
         self.robust = self.plain @ meat @ self.plain
         self.sum = float(fit.residual @ fit.residual)
-        self.reach = float(stdtrit(fit.dof, 0.975))
+        self.reach = student95(fit.dof)
 
     def correlations(self) -> Floats:
         """The correlation of the fitted parameters, shape (m, m)."""

@@ -350,5 +350,5 @@ def _step(problem: Problem) -> float:
     from harvester.equations.bounds import check_bounded
     from harvester.mechanics.kernels.step_size import step_from_rest
 
-    check_bounded(problem.equations, driven=problem.load.may_drive)
+    check_bounded(problem.equations, driven=not problem.load.is_in_equations)
     return step_from_rest(problem.equations, 0.5)

@@ -150,11 +150,7 @@ class Value:
     @property
     def quantile(self) -> float:
         """The half-width of the 95 % sampling interval in standard errors: Student's for few degrees of freedom."""
-        if self.dof is None:
-            return NORMAL_QUANTILE
-        from scipy.special import stdtrit
-
-        return float(stdtrit(self.dof, 0.975))
+        return NORMAL_QUANTILE if self.dof is None else student95(self.dof)
 
     @property
     def sampling95(self) -> float:
@@ -288,6 +284,19 @@ def mean_and_error(values: Floats) -> tuple[float, float]:
     """Mean of independent entries, shape (n,), and its standard error (infinite for one entry)."""
     n = len(values)
     return float(values.mean()), float(values.std(ddof=1) / math.sqrt(n)) if n > 1 else math.inf
+
+
+def student95(dof: float) -> float:
+    """Student's half-width of a 95 % interval in standard errors."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(dof, 0.975))
+
+
+def one_more95(values: Floats) -> float:
+    """The half-width of the 95 % interval of one more value like ``values``, shape (n,), about their mean."""
+    n = len(values)
+    return student95(n - 1) * float(values.std(ddof=1)) * math.sqrt(1.0 + 1.0 / n)
 
 
 def half95(stderr: Any) -> Any:

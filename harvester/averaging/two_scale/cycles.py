@@ -21,6 +21,7 @@ term's error second order in P's.  The even part A p' depends on x alone and ben
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -66,17 +67,25 @@ class Quarter:
     mass: Floats  # (N, K K): int s_j s_k/nu dPhi = 1/nu @ mass
 
 
+def from_the_left(nodes: Floats) -> tuple[Floats, Floats]:
+    """The Legendre polynomials P_j at n Gauss nodes, and the weights of integrals from -1 to each.
+
+    int_-1^x P_j = (P_(j+1) - P_(j-1))/(2j + 1), with P_-1 = -1; both have the shape (n, n).
+    """
+    n = len(nodes)
+    p: Any = np.polynomial.legendre.legvander(nodes, n).T
+    before = np.concatenate([[-np.ones(n)], p[: n - 1]])
+    inner = (p[1:] - before) / (2.0 * np.arange(n)[:, None] + 1.0)
+    return p[:n], np.linalg.solve(p[:n], inner)
+
+
 @cache
 def quarter(points: int, harmonics: int) -> Quarter:
     """The quarter with this many Gauss points and odd harmonics."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     phi = 0.25 * np.pi * (nodes + 1.0)
     weights = 0.25 * np.pi * weights
-    # int_-1^x P_j = (P_(j+1) - P_(j-1))/(2j + 1), with P_-1 = -1
-    p = np.polynomial.legendre.legvander(nodes, points).T
-    before = np.concatenate([[-np.ones(points)], p[: points - 1]])
-    inner = (p[1:] - before) / (2.0 * np.arange(points)[:, None] + 1.0)
-    integral = 0.25 * np.pi * np.linalg.solve(p[:points], inner)
+    integral = 0.25 * np.pi * from_the_left(nodes)[1]
     n = 2.0 * np.arange(harmonics) + 1.0
     sines = np.sin(n[:, None] * phi)
     slopes = n[:, None] * np.cos(n[:, None] * phi)

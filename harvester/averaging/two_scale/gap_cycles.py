@@ -35,7 +35,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.averaging.grids import or_zero, or_zero_by_point
-from harvester.averaging.two_scale.cycles import Cycles
+from harvester.averaging.two_scale.cycles import Cycles, from_the_left
 from harvester.equations.coefficients import Equations
 
 _NARROWEST = 0.1  # the slow voltage may take all but this share of an orbit's width
@@ -62,10 +62,7 @@ def half_cycle(points: int, polynomials: int) -> HalfCycle:
     nodes, weights = np.polynomial.legendre.leggauss(points)
     xi = 0.5 * (nodes + 1.0)
     weights = 0.5 * weights
-    p = np.polynomial.legendre.legvander(nodes, points).T
-    # int_-1^x P_j = (P_(j+1) - P_(j-1))/(2j + 1), with P_-1 = -1
-    before = np.concatenate([[-np.ones(points)], p[: points - 1]])
-    inner = (p[1:] - before) / (2.0 * np.arange(points)[:, None] + 1.0)
+    p, integrals = from_the_left(nodes)
     odd = [np.polynomial.Legendre.basis(2 * k + 1) for k in range(polynomials)]
     values = np.array([s(xi) for s in odd])
     slopes = np.array([s.deriv()(xi) for s in odd])
@@ -73,8 +70,8 @@ def half_cycle(points: int, polynomials: int) -> HalfCycle:
     return HalfCycle(
         xi=xi,
         weights=weights,
-        integral=0.5 * np.linalg.solve(p[:points], inner),
-        last=np.asarray(np.linalg.solve(p[:points], np.ones(points)), dtype=np.float64),
+        integral=0.5 * integrals,
+        last=np.asarray(np.linalg.solve(p, np.ones(points)), dtype=np.float64),
         polynomials=values,
         slopes=slopes,
         stiff=(weights * slopes[:, None] * slopes).reshape(square, points).T.copy(),

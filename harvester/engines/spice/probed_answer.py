@@ -128,11 +128,13 @@ def with_steady_probes(
     answer: Estimate, problem: Problem, watch: Watch, steady: "Steady"
 ) -> Estimate:
     """An answer with the means of a periodic response, and errors (step, tolerance) and settling if known."""
-    from harvester.cosimulation.coupled_period import MEASURED
+    from harvester.cosimulation.coupled_period import NgspiceMap
 
     columns = [[_steady_value(steady, k, j) for j in range(4)] for k in range(len(watch.all))]
     period = (problem.equations.shaking_period or 0.0) / problem.units.frequency
-    return with_probes(answer, problem, watch, columns, MEASURED * steady.last.turns * period)
+    return with_probes(
+        answer, problem, watch, columns, NgspiceMap.repeats * steady.last.turns * period
+    )
 
 
 def _steady_value(steady: "Steady", probe: int, column: int) -> Value:

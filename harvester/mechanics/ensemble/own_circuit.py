@@ -13,6 +13,7 @@ class OwnCircuit(Protocol):
     """A circuit of a room above that brings kernels of its own: how many rows its states and sums have, and these."""
 
     sums: int
+    has_own_kernel: bool
 
     @property
     def rows(self) -> int:

@@ -109,8 +109,9 @@ class Trajectories:
         controlled: bool = False,
         origin: tuple[Any, Any, Any] | None = None,
     ) -> None:
-        check_bounded(eqs, driven=circuit is not None)
-        if circuit is not None and eqs.mu is not None:
+        driven = circuit is not None
+        check_bounded(eqs, driven)
+        if driven and eqs.mu is not None:
             raise invalid("mu with a load circuit", "be None", eqs.mu)
         if h is not None and not SHORTEST <= h <= LONGEST:
             raise invalid(

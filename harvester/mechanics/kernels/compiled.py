@@ -219,8 +219,8 @@ def version_of(question: Callable[..., Any], **kinds: type | None) -> Callable[[
     def registered(function: F) -> F:
         signature = inspect.signature(function)
 
-        def chosen(*given: Any) -> Any:
-            of = dict(zip(signature.parameters, given, strict=True))
+        def chosen(*given: Any, **named: Any) -> Any:
+            of = signature.bind(*given, **named).arguments
             classes = {name: getattr(of[name], "instance_class", None) for name in kinds}
             return function if classes == kinds else None
 

@@ -78,6 +78,11 @@ class IdealCircuit(NamedTuple):
     sece: Flyback | None = None
 
     @property
+    def has_own_kernel(self) -> bool:
+        """No kernel is its own."""
+        return False
+
+    @property
     def memory(self) -> float:
         """Time constant of the smoothing capacitor with the load."""
         return self.kappa / self.mu

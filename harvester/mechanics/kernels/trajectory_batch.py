@@ -6,6 +6,11 @@ resistor a step is one loop.  With a circuit (`harvester.mechanics.kernels.ideal
 three: the rare events, an impact or a switching, and then the events of every step, the flow
 through the diodes, and the kick.
 
+`conductance`, `draw` and `end_draw` depend on the load, and have a version for a resistor
+(``circuit`` is None) and one for an `IdealCircuit`, as in `harvester.mechanics.kernels.driver`.
+The kernels contain the loops of a resistor themselves: in functions these round otherwise, and are
+slower.
+
 Long because the one step of all ensembles is compiled as a whole.
 """
 
@@ -16,7 +21,7 @@ import numpy as np
 from harvester.arrays import Floats, Words
 from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features
 from harvester.mechanics.kernels.coefficients import State
-from harvester.mechanics.kernels.compiled import forced, kernel
+from harvester.mechanics.kernels.compiled import forced, kernel, version_of
 from harvester.mechanics.kernels.control_variates import add_martingales
 from harvester.mechanics.kernels.equation_of_motion import (
     drift_at_stop,
@@ -25,7 +30,12 @@ from harvester.mechanics.kernels.equation_of_motion import (
     is_damped,
     withheld,
 )
-from harvester.mechanics.kernels.ideal_circuit import Store, conducted, until_last_event
+from harvester.mechanics.kernels.ideal_circuit import (
+    IdealCircuit,
+    Store,
+    conducted,
+    until_last_event,
+)
 from harvester.mechanics.kernels.intervals import drifts, interval
 from harvester.mechanics.kernels.noise import draw_noise, draw_two_noises
 from harvester.mechanics.kernels.offset_stops import kick_at_stops, move
@@ -213,7 +223,6 @@ def advance(b, schedule, h, circuit, c, shaker, update):
     x = b.x
     v = b.v
     V = b.V
-    U = b.U
     sums = b.sums
     whole, half = drifts(h, c.mu, update)
     noise = np.zeros((2, BATCH))
@@ -228,10 +237,19 @@ def advance(b, schedule, h, circuit, c, shaker, update):
     steps = 1 if schedule.doublings > 0 else 2
     for _ in range(schedule.samples):
         for first in range(0, schedule.stride, steps):
-            _draw(b, noise, other, schedule.doublings, c=c, circuit=circuit, update=update)
-            _begin_martingales(b, before, kick_sums, circuit)
+            draw(
+                b,
+                noise,
+                other,
+                before,
+                schedule.doublings,
+                kick_sums=kick_sums,
+                c=c,
+                circuit=circuit,
+                update=update,
+            )
             for k in range(steps):
-                shake_and_add(b, filtered, accelerations, coarse, shaker, _load(c, circuit))
+                shake_and_add(b, filtered, accelerations, coarse, shaker, conductance(c, circuit))
                 if update.weight is not None:
                     _step_by_ngspice_rule(
                         b, k, noise, half if landed and first + k == 0 else whole, c
@@ -253,50 +271,67 @@ def advance(b, schedule, h, circuit, c, shaker, update):
                             kick_sums[0, i] += v_kicked * kicked
                             kick_sums[1, i] += kicked
                 else:
-                    _drift_with_circuit(
-                        x,
-                        v,
-                        V,
-                        U,
-                        m=b.m,
-                        did=did,
-                        accelerations=accelerations,
-                        d=whole,
-                        c=c,
-                        circuit=circuit,
-                        shaker=shaker,
+                    _step_with_circuit(
+                        b, did, accelerations, noise[k], whole, c=c, circuit=circuit, shaker=shaker
                     )
-                    _add_impacts(sums, did, c)
-                    for i in range(BATCH):
-                        xi = noise[k, i]
-                        if b.controls is not None:
-                            add_circuit_features(
-                                i, State(x[i], v[i], V[i]), U[i], xi, b.controls, c
-                            )
-                        _, a = shaken(i, accelerations, shaker)
-                        vi = v[i]
-                        v[i] = _kick_and_add_work(
-                            i, sums, State(x[i], vi, V[i]), xi, other=None, h=h, c=c, a=a
-                        )
-            _end_martingales(b, before, kick_sums, c, circuit)
+            end_draw(b, before, kick_sums, c, circuit)
         landed = True
-        if circuit is not None:
-            _to_mid_drift(
-                b, mid, did, accelerations, half=half, c=c, circuit=circuit, shaker=shaker
+        if circuit is None:
+            for i in range(BATCH):
+                s = State(x[i], v[i], V[i])
+                if update.weight is None:
+                    s_mid, _ = move(s, half, c, last_acceleration(i, shaker))
+                else:
+                    s_mid = _drift_and_add_impacts(i, sums, s, half, c, None)
+                    x[i], v[i], V[i] = s_mid
+                add_sample(i, sums, s, s_mid, c)
+        else:
+            _add_samples_with_circuit(
+                b, mid, did, accelerations, half, c=c, circuit=circuit, shaker=shaker
             )
-        for i in range(BATCH):
-            s = State(x[i], v[i], V[i])
-            if circuit is not None:
-                stored = U[i]
-                s_mid = State(mid[0, i], mid[1, i], mid[2, i])
-                stored_mid = mid[3, i]
-                sums[13, i] += 0.5 * circuit.mu * (stored * stored + stored_mid * stored_mid)
-            elif update.weight is None:
-                s_mid, _ = move(s, half, c, last_acceleration(i, shaker))
-            else:
-                s_mid = _drift_and_add_impacts(i, sums, s, half, c, None)
-                x[i], v[i], V[i] = s_mid
-            add_sample(i, sums, s, s_mid, c)
+
+
+@forced
+def _step_with_circuit(b, did, accelerations, variates, d, c, circuit, shaker):
+    """Make one step of all trajectories with a circuit, on one row of the noise."""
+    x = b.x
+    v = b.v
+    V = b.V
+    U = b.U
+    _drift_with_circuit(
+        x,
+        v,
+        V,
+        U,
+        m=b.m,
+        did=did,
+        accelerations=accelerations,
+        d=d,
+        c=c,
+        circuit=circuit,
+        shaker=shaker,
+    )
+    _add_impacts(b.sums, did, c)
+    for i in range(BATCH):
+        xi = variates[i]
+        if b.controls is not None:
+            add_circuit_features(i, State(x[i], v[i], V[i]), U[i], xi, b.controls, c)
+        _, a = shaken(i, accelerations, shaker)
+        vi = v[i]
+        v[i] = _kick_and_add_work(i, b.sums, State(x[i], vi, V[i]), xi, other=None, h=d.h, c=c, a=a)
+
+
+@forced
+def _add_samples_with_circuit(b, mid, did, accelerations, half, c, circuit, shaker):
+    """Add up a sample of all trajectories with a circuit, and its load's power."""
+    _to_mid_drift(b, mid, did, accelerations, half=half, c=c, circuit=circuit, shaker=shaker)
+    for i in range(BATCH):
+        s = State(b.x[i], b.v[i], b.V[i])
+        s_mid = State(mid[0, i], mid[1, i], mid[2, i])
+        stored = b.U[i]
+        stored_mid = mid[3, i]
+        b.sums[13, i] += 0.5 * circuit.mu * (stored * stored + stored_mid * stored_mid)
+        add_sample(i, b.sums, s, s_mid, c)
 
 
 @forced
@@ -321,27 +356,38 @@ def _add_impacts(sums, did, c):
             sums[11, i] += did[3, i]
 
 
-@forced
-def _load(c, circuit):
+def conductance(c, circuit):
     """The conductance of the load; None for an open circuit."""
-    if circuit is None:
-        return c.mu
+
+
+def draw(b, noise, other, before, doublings, kick_sums, c, circuit, update):
+    """Draw the noise of two steps, or of a doubled one, and begin the controls that are of a draw.
+
+    With a resistor there may be a parametric noise next to the external one.
+    """
+
+
+def end_draw(b, before, kick_sums, c, circuit):
+    """Add the sums of a draw's kicks to the controls."""
+
+
+@version_of(conductance, circuit=None)
+def _of_resistor(c, circuit):
+    return c.mu
+
+
+@version_of(conductance, circuit=IdealCircuit)
+def _of_circuit(c, circuit):
     return circuit.mu
 
 
-@forced
-def _draw(b, noise, other, doublings, c, circuit, update):
-    """Draw the noise of two steps, or of a doubled one; with a resistor also a parametric one."""
-    if c.n1 is not None and c.n2 is not None and circuit is None and update.weight is None:
+@version_of(draw, circuit=None)
+def _draw_for_resistor(b, noise, other, before, doublings, kick_sums, c, circuit, update):
+    if c.n1 is not None and c.n2 is not None and update.weight is None:
         draw_two_noises(noise, other, b.s0, b.s1, doublings)
     elif c.n1 is not None or c.n2 is not None:
         draw_noise(noise, b.s0, b.s1, doublings)
-
-
-@forced
-def _begin_martingales(b, before, kick_sums, circuit):
-    """Note the states ahead of a draw, and begin the sums of its kicks, if a resistor's controls are added up."""
-    if b.controls is not None and circuit is None:
+    if b.controls is not None:
         for i in range(BATCH):
             before[0, i] = b.x[i]
             before[1, i] = b.v[i]
@@ -349,12 +395,22 @@ def _begin_martingales(b, before, kick_sums, circuit):
             kick_sums[0, i] = kick_sums[1, i] = 0.0
 
 
-@forced
+@version_of(draw, circuit=IdealCircuit)
+def _draw_for_circuit(b, noise, other, before, doublings, kick_sums, c, circuit, update):
+    if c.n1 is not None or c.n2 is not None:
+        draw_noise(noise, b.s0, b.s1, doublings)
+
+
+@version_of(end_draw, circuit=None)
 def _end_martingales(b, before, kick_sums, c, circuit):
-    """Add the sums of a draw's kicks to the controls."""
-    if b.controls is not None and circuit is None:
+    if b.controls is not None:
         for i in range(BATCH):
             add_martingales(i, before, kick_sums, b.controls, c)
+
+
+@version_of(end_draw, circuit=IdealCircuit)
+def _end_features(b, before, kick_sums, c, circuit):
+    return None
 
 
 @kernel

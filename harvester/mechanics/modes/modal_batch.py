@@ -18,7 +18,7 @@ from harvester.arrays import Floats, aligned
 from harvester.equations.bounds import flow
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.circuit_control_variates import boundary_functions
-from harvester.mechanics.kernels.compiled import forced, kernel
+from harvester.mechanics.kernels.compiled import forced, kernel, version_of
 from harvester.mechanics.kernels.equation_of_motion import friction, is_damped
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import drifts, interval, update_of
@@ -78,25 +78,60 @@ def advance_modes(
                     )
         for i in range(states * BATCH):
             mid[i] = z[i]
-        _to_mid_drift(mid, sums, half, c, shaker=shaker, store=store, circuit=circuit)
+        to_mid_drift(mid, store, sums, half, c, shaker=shaker, circuit=circuit)
         for i in range(BATCH):
             add_sample_of_modes(i, sums, z, mid, c)
     _give_sums(z, sums, controls if circuit is None else None, states)
 
 
-@forced
-def _to_mid_drift(mid, sums, half, c, shaker, store, circuit):
-    """Take all lanes half a step on, and add up the load's power."""
-    if circuit is None:
-        for i in range(BATCH):
-            drift_modes(i, mid, half, c, last_acceleration(i, shaker))
-    else:
-        held = store.copy()
-        for i in range(BATCH):
-            drift_with_ideal(
-                i, mid, held, half, c=c, a=last_acceleration(i, shaker), circuit=circuit
-            )
-            sums[13, i] += 0.5 * circuit.mu * (store[0, i] * store[0, i] + held[0, i] * held[0, i])
+def drift(i, z, store, d, c, a, circuit):
+    """Drift lane i of z and of ``store``; the `Impacts` of it."""
+
+
+def add_to_controls(i, z, store, xi, controls, c, circuit):
+    """Add up the controls of lane i ahead of a kick."""
+
+
+def to_mid_drift(mid, store, sums, half, c, shaker, circuit):
+    """Take all lanes half a step on, and add up the power that an ideal circuit passes on."""
+
+
+@version_of(drift, circuit=None)
+def _drift_with_resistor(i, z, store, d, c, a, circuit):
+    return drift_modes(i, z, d, c, a)
+
+
+@version_of(drift, circuit=IdealCircuit)
+def _drift_with_ideal(i, z, store, d, c, a, circuit):
+    return drift_with_ideal(i, z, store, d, c=c, a=a, circuit=circuit)
+
+
+@version_of(add_to_controls, circuit=None)
+def _add_products(i, z, store, xi, controls, c, circuit):
+    n = len(c.k)
+    high = math.sqrt(abs(energy_of_modes(i, z, c))) * xi
+    for j in range(2 * n + 1):
+        z[(2 * n + 1 + BESIDE + j) * BATCH + i] += z[j * BATCH + i] * xi
+        z[(4 * n + 2 + BESIDE + j) * BATCH + i] += z[j * BATCH + i] * high
+
+
+@version_of(add_to_controls, circuit=IdealCircuit)
+def _add_features(i, z, store, xi, controls, c, circuit):
+    add_modal_features(i, z, store[0, i], xi, controls, c)
+
+
+@version_of(to_mid_drift, circuit=None)
+def _resistor_to_mid_drift(mid, store, sums, half, c, shaker, circuit):
+    for i in range(BATCH):
+        drift_modes(i, mid, half, c, last_acceleration(i, shaker))
+
+
+@version_of(to_mid_drift, circuit=IdealCircuit)
+def _ideal_to_mid_drift(mid, store, sums, half, c, shaker, circuit):
+    held = store.copy()
+    for i in range(BATCH):
+        drift_with_ideal(i, mid, held, half, c=c, a=last_acceleration(i, shaker), circuit=circuit)
+        sums[13, i] += 0.5 * circuit.mu * (store[0, i] * store[0, i] + held[0, i] * held[0, i])
 
 
 @forced
@@ -116,21 +151,12 @@ def _step(i, z, xi, h, d, c, shaker, controls, store, circuit):
     """Make one step of lane i, and add up impacts, work and controls."""
     n = len(c.k)
     a, a1 = _shaken(i, z, n, shaker)
-    impacts = (
-        drift_modes(i, z, d, c, a)
-        if circuit is None
-        else drift_with_ideal(i, z, store, d, c=c, a=a, circuit=circuit)
-    )
+    impacts = drift(i, z, store, d, c=c, a=a, circuit=circuit)
     if c.contact is not None:
         z[(2 * n + 5) * BATCH + i] += impacts.number
         z[(2 * n + 6) * BATCH + i] += impacts.energy
-    if controls is not None and circuit is not None:
-        add_modal_features(i, z, store[0, i], xi, controls, c)
-    elif controls is not None:
-        high = math.sqrt(abs(energy_of_modes(i, z, c))) * xi
-        for j in range(2 * n + 1):
-            z[(2 * n + 1 + BESIDE + j) * BATCH + i] += z[j * BATCH + i] * xi
-            z[(4 * n + 2 + BESIDE + j) * BATCH + i] += z[j * BATCH + i] * high
+    if controls is not None:
+        add_to_controls(i, z, store, xi, controls=controls, c=c, circuit=circuit)
     work = kick_modes(i, z, xi, h, c, a1)
     if shaker is not None:
         z[(2 * n + 7) * BATCH + i] += work
@@ -183,12 +209,7 @@ def mid_drift_of_modes(z, out, h, c, shaker, store=None, circuit=None):
     half = interval(h, 0.5 * h, c.oscillator.mu)
     n = len(c.k)
     for i in range(BATCH):
-        if circuit is None:
-            drift_modes(i, z, half, c, last_acceleration(i, shaker))
-        else:
-            drift_with_ideal(
-                i, z, store, half, c=c, a=last_acceleration(i, shaker), circuit=circuit
-            )
+        drift(i, z, store, half, c=c, a=last_acceleration(i, shaker), circuit=circuit)
         out[0, i] = dot(c.e, z, 0, i)
         out[1, i] = dot(c.e, z, n, i)
         out[2, i] = z[2 * n * BATCH + i]

@@ -8,10 +8,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
 from harvester.arrays import Floats
-from harvester.uncertainty.value import mean_and_error
+from harvester.uncertainty.value import mean_and_error, student95
 
 
 class Afterwards(NamedTuple):
@@ -57,4 +56,4 @@ def afterwards(t: Floats, u: Floats, level: float) -> Afterwards:
     if len(periods) == 1:
         return Afterwards(cycles, abs(cycles - share), 2)
     _, error = mean_and_error((on[:-1] - cycles * periods) / periods.mean())
-    return Afterwards(cycles, error * float(stdtrit(len(periods) - 1, 0.975)), len(rises))
+    return Afterwards(cycles, error * student95(len(periods) - 1), len(rises))

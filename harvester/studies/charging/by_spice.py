@@ -124,7 +124,7 @@ def _device(runs: ChargeRuns, h: float) -> "CoupledDevice":
 
     problem = runs.problem
     eqs = runs.problem.equations
-    check_bounded(eqs, driven=problem.load.may_drive)
+    check_bounded(eqs, driven=not problem.load.is_in_equations)
     step = whole_steps(h, eqs.shaking_period)
     probes = () if runs.probe is None else (runs.probe,)
     return CoupledDevice(

@@ -12,7 +12,7 @@ from harvester.netlists.probes import Probe
 from harvester.presentation.diagnostic import Diagnostic
 from harvester.studies.charging.afterwards import Afterwards
 from harvester.uncertainty.paired_difference import difference95
-from harvester.uncertainty.value import Value, mean_and_error
+from harvester.uncertainty.value import Value, mean_and_error, student95
 
 LEVELS = 20  # up to the target
 SAMPLES = 201  # times of the curve, from the beginning
@@ -95,14 +95,12 @@ class Passages:
             return share, share
         if self.together == 1:
             return share_interval(round(share * runs), runs)
-        from scipy.special import stdtrit
-
         shares = self.independent(np.isfinite(self.times[:, -1]).astype(float))
         records = len(shares)
         spread = mean_and_error(shares)[1]
         if spread == 0.0:
             return share_interval(share * records, records)
-        few = float(stdtrit(runs - 1.0, 0.975) / stdtrit(records - 1.0, 0.975))
+        few = student95(runs - 1.0) / student95(records - 1.0)
         worth = min(few**2 * share * (1.0 - share) / spread**2, runs)
         return share_interval(share * worth, worth)
 

@@ -5,13 +5,8 @@ before is near it. If it is not, there may be several: these are followed up the
 down again, as a slow sweep would.
 """
 
-import dataclasses
-import math
-import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from harvester.answers.estimate import DISPLACEMENT, PHASES
 from harvester.engines import Compiled, Spice
@@ -27,8 +22,7 @@ from harvester.studies.frequency_response.steps import State, Step, Steps, as_wr
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
-    from harvester.circuits.circuit_period import CircuitStart
-    from harvester.cosimulation.periodic_responses import Neighbour
+    from harvester.mechanics.period_map import ResponseStart
 
 FROM_REST = "from rest"
 
@@ -54,14 +48,14 @@ def by_ngspice(
     warnings = list[Diagnostic]()
     last: HarvesterError | None = None
     for turn, direction in enumerate(directions(driven)):
-        near: Neighbour | CircuitStart | None = None
+        near: ResponseStart | None = None
         for index, frequency in enumerate(
             frequencies if direction != "down" else frequencies[::-1]
         ):
             number = turn * len(frequencies) + index
             if (step := steps.earlier(number)) is not None:
                 with as_written():
-                    near = None if step.state is None else _neighbour(step.state)
+                    near = None if step.state is None else _start(step.state)
             else:
                 try:
                     step, near = _step(engine, driven, direction, frequency, near)
@@ -82,7 +76,7 @@ def by_ngspice(
 
 def _step(
     engine: Spice | Compiled, driven: HarmonicDrive, direction: str, frequency: float, near: Any
-) -> "tuple[Step, Neighbour | CircuitStart | None]":
+) -> "tuple[Step, ResponseStart | None]":
     """The response at one frequency from its neighbour's state, and the state from which the next one begins."""
     estimate, near = engine.run_from(driven.at(frequency), near, judged=False)
     rms = estimate.details.get(DISPLACEMENT)
@@ -99,57 +93,13 @@ def _step(
         displacement_phase=of_displacement,
         voltage_phase=of_voltage,
     )
-    return Step(point, estimate.warnings, None if near is None else _state(near)), near
+    return Step(point, estimate.warnings, None if near is None else near.to_json()), near
 
 
-def _state(near: "Neighbour | CircuitStart") -> State:
-    """A neighbour as JSON knows it."""
-    from harvester.circuits.circuit_period import CircuitStart
-
-    if isinstance(near, CircuitStart):
-        x, v = np.split(near.coordinates, 2)
-        motion = {"x": x.tolist(), "v": v.tolist()}
-        return {**motion, "circuit": near.state.tolist(), "turns": near.turns}
-    ways = (
-        None
-        if near.secants is None
-        else {name: values.tolist() for name, values in vars(near.secants).items()}
-    )
-    numbers = {name: getattr(near, name) for name in ("phase", "turns", "farads", "quiet")}
-    return {"section": dataclasses.asdict(near.section), **numbers, "secants": ways}
-
-
-def _neighbour(state: State) -> "Neighbour | CircuitStart":
-    """A neighbour from a file, whose names of nodes enter a netlist and must be no more than names.
-
-    Raises ValueError for another text.
-    """
+def _start(state: State) -> "ResponseStart":
+    """The start of the way to the next response; ValueError and such for another content."""
     from harvester.circuits.circuit_period import CircuitStart
     from harvester.cosimulation.periodic_responses import Neighbour
-    from harvester.cosimulation.poincare_sections import CoupledState
-    from harvester.mechanics.periodic import MULTIPLES, Secants
 
-    if "circuit" in state:
-        coordinates = np.array([state["x"], state["v"]], dtype=float).ravel()
-        circuit = np.array(state["circuit"], dtype=float)
-        finite = all(np.isfinite(values).all() for values in (coordinates, circuit))
-        if not finite or not 1 <= int(state["turns"]) <= MULTIPLES:
-            raise ValueError("no state of mass and circuit")
-        return CircuitStart(coordinates, circuit, int(state["turns"]))
-    numbers = (
-        state["section"]["x"],
-        state["section"]["v"],
-        *(state[name] for name in ("phase", "farads", "quiet")),
-    )
-    x, v, phase, farads, quiet = map(float, numbers)
-    nodes = {str(name): float(volts) for name, volts in state["section"]["nodes"].items()}
-    plain = all(re.fullmatch(r"[!-'*-~]{1,200}", name) for name in nodes)  # no blank and no bracket
-    turns = int(state["turns"])
-    finite = all(map(math.isfinite, (x, v, phase, farads, quiet, *nodes.values())))
-    if not (plain and finite and 1 <= turns <= MULTIPLES):
-        raise ValueError("no state of mass and circuit")
-    ways = state["secants"] and {
-        name: np.array(values, dtype=float) for name, values in state["secants"].items()
-    }
-    secants = Secants(**ways) if ways else None
-    return Neighbour(CoupledState(x, v, nodes), phase, turns, secants, farads, quiet)
+    kind = CircuitStart if "circuit" in state else Neighbour
+    return kind.from_json(state)

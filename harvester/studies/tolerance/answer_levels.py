@@ -9,6 +9,7 @@ from harvester.arrays import Floats
 from harvester.studies.tolerance import curved_law
 from harvester.studies.tolerance.curved_law import CurvedLaw
 from harvester.studies.tolerance.first_order import error_of_sum
+from harvester.uncertainty.value import one_more95
 
 
 def size(law: CurvedLaw, x: Floats) -> float:
@@ -47,20 +48,17 @@ def bend_errors(ends: Floats, alone: Sequence[Estimate], quantity: str) -> list[
 
 def level(pairs: Sequence[tuple[Estimate, Estimate]], quantity: str) -> tuple[float, float | None]:
     """The mean ratio of judged answers to the others, and its relative error (None: unknown)."""
-    from scipy.special import stdtrit
-
     both = [(getattr(high, quantity), getattr(low, quantity)) for high, low in pairs]
     both = [(high, low) for high, low in both if low.value > 0.0 and high.value > 0.0]
     if not both:
         return 1.0, None
     ratios = np.array([high.value / low.value for high, low in both])
     errors = [None if high.error95 is None else high.error95 / high.value for high, _ in both]
-    count = len(ratios)
     # another device differs by as much again, or by the error that the engine states for all
     model = both[0][1].model
     width = max((model or 0.0) / both[0][1].value, float(np.abs(ratios - 1.0).max()))
-    if count > 1:
-        scatter = float(stdtrit(count - 1, 0.975) * ratios.std(ddof=1) * np.sqrt(1.0 + 1.0 / count))
+    if len(ratios) > 1:
+        scatter = one_more95(ratios)
         width = scatter if model is None else min(scatter, width)
     known = [error for error in errors if error is not None]
     return float(ratios.mean()), None if not known else width + max(known)

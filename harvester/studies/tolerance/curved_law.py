@@ -20,6 +20,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.studies.tolerance.surface import Polynomial, fit
+from harvester.uncertainty.value import student95
 
 # sampled devices for each coefficient of a plane, before a polynomial through the rest
 PER_PLANE = 4
@@ -121,8 +122,6 @@ def checked(
     contribution of the curvatures, within which 95 % of ``devices`` lie, adds to the scatter.
     ``held`` are the keys' values of the law's runs, without a rest.
     """
-    from scipy.special import stdtrit
-
     if not len(y):
         return replace(law, unexplained=1.0)
     off = y - law(x)
@@ -131,7 +130,7 @@ def checked(
     spread = float(np.sqrt(np.mean((by_sample if count else off) ** 2)))
     scatter = 0.0
     if count:
-        scatter = float(stdtrit(count, 0.975)) * spread * float(np.sqrt(1.0 + 1.0 / count))
+        scatter = student95(count) * spread * float(np.sqrt(1.0 + 1.0 / count))
     scatter = max(scatter, float(np.abs(off[:corners]).max(initial=0.0)))
     if count < FEWEST:
         scatter += float(np.quantile(np.abs(law.bend(devices)), MOST))
@@ -151,7 +150,7 @@ def checked(
     missed = min(rest.scatter**2 / variance, 1.0)
     # a prediction interval by the leverage of devices, and the change beyond the sampled ones
     wide = float(np.sqrt(1.0 + np.quantile(rest.leverage(devices), MOST)))
-    wide *= float(stdtrit(max(count - len(rest.coefficients), 1), 0.975))
+    wide *= student95(max(count - len(rest.coefficients), 1))
     beyond_samples = float(np.quantile(rest.change_beyond(devices), FARTHEST))
     return replace(law, rest=rest, scatter=wide * rest.scatter + beyond_samples, unexplained=missed)
 

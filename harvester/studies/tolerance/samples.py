@@ -28,7 +28,7 @@ from harvester.errors import HarvesterError, InputError
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.studies.tolerance.surface import fit
-from harvester.uncertainty.value import half95
+from harvester.uncertainty.value import half95, one_more95
 
 QUANTITIES = ("mean_power", "mean_square_voltage")
 # whose own error can be measured, or is none
@@ -154,8 +154,6 @@ def compared(
 
     Raises InputError if fewer than two of them have an answer by both.
     """
-    from scipy.special import stdtrit
-
     ratio: dict[str, float] = {}
     off: dict[str, float | None] = {}
     count = 0
@@ -171,14 +169,9 @@ def compared(
         bias = np.nan_to_num(
             column(dearer, "mean_power_bias") / np.abs(column(dearer, "mean_power"))
         )[good]
-        width = (
-            float(stdtrit(count - 1, 0.975))
-            * float(ratios.std(ddof=1))
-            * math.sqrt(1.0 + 1.0 / count)
-        )
         ratio[name] = float(ratios.mean())
         is_known = not any(dearer.table.plain()[f"{name}_unknown"])
-        off[name] = width + float(np.median(bias)) if is_known else None
+        off[name] = one_more95(ratios) + float(np.median(bias)) if is_known else None
     if off["mean_power"] is None:
         code = "no_error_stated"
     else:

@@ -13,6 +13,7 @@ from harvester.engines.spice.runs import Runs
 from harvester.equations.problem import Problem
 from harvester.studies.work_precision.bias import Bias
 from harvester.studies.work_precision.richardson_ladder import RichardsonLadder
+from harvester.uncertainty.paired_difference import difference95
 from harvester.uncertainty.value import Value
 
 TOLERANCES = (1e-5, 1e-4, 1e-3)  # ngspice's reltol, finest first, tenfold apart
@@ -67,9 +68,7 @@ def ngspice_bias(
     ratio = estimate.value / known
     return NgspiceBias(
         Bias(1.0 / ratio - 1.0, estimate.normal_stderr / abs(known) / ratio**2),
-        {r: _mean((v - exact) / exact.mean()) for r, v in zip(tolerances, high, strict=True)}
-        if high[1:]
-        else {},
+        {r: _relative(v, exact) for r, v in zip(tolerances, high, strict=True)} if high[1:] else {},
     )
 
 
@@ -81,7 +80,7 @@ def _high(runs: Runs, model: Model) -> Floats:
     return np.concatenate([run.load_power for run in runs.done]) / watts
 
 
-def _mean(values: Floats) -> Bias:
-    """Mean and standard error, as large as few values ask for (Student)."""
-    error = Value(0.0, float(values.std(ddof=1)) / math.sqrt(len(values)), dof=len(values) - 1.0)
-    return Bias(float(values.mean()), error.normal_stderr)
+def _relative(high: Floats, exact: Floats) -> Bias:
+    """The difference of two means, relative to the second one."""
+    difference = difference95(high, exact).scaled(1.0 / float(exact.mean()))
+    return Bias(difference.value, difference.normal_stderr)

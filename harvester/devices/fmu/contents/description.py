@@ -151,11 +151,7 @@ def _of_2(variables: list[Variable], model: ModelFacts) -> Xml.Element:
         canSerializeFMUstate="true",
         canNotUseMemoryManagementFunctions="true",
     )
-    _units(root, variables)
-    categories = Xml.SubElement(root, "LogCategories")
-    Xml.SubElement(categories, "Category", name="logStatusError")
-    Xml.SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(model.step))
-    every = Xml.SubElement(root, "ModelVariables")
+    every = _model_variables(root, variables, model)
     outputs = []
     for reference, variable in enumerate(variables):
         scalar = Xml.SubElement(every, "ScalarVariable", _attributes(variable, reference))
@@ -173,6 +169,17 @@ def _of_2(variables: list[Variable], model: ModelFacts) -> Xml.Element:
     return root
 
 
+def _model_variables(
+    root: Xml.Element, variables: list[Variable], model: ModelFacts
+) -> Xml.Element:
+    """The element of all variables, behind the others of both versions."""
+    _units(root, variables)
+    categories = Xml.SubElement(root, "LogCategories")
+    Xml.SubElement(categories, "Category", name="logStatusError")
+    Xml.SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(model.step))
+    return Xml.SubElement(root, "ModelVariables")
+
+
 def _of_3(variables: list[Variable], model: ModelFacts) -> Xml.Element:
     root = _root("3.0", model, instantiationToken=model.token)
     Xml.SubElement(
@@ -186,11 +193,7 @@ def _of_3(variables: list[Variable], model: ModelFacts) -> Xml.Element:
         hasEventMode="true",
         mightReturnEarlyFromDoStep=str(model.stops).lower(),
     )
-    _units(root, variables)
-    categories = Xml.SubElement(root, "LogCategories")
-    Xml.SubElement(categories, "Category", name="logStatusError")
-    Xml.SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(model.step))
-    every = Xml.SubElement(root, "ModelVariables")
+    every = _model_variables(root, variables, model)
     outputs = []
     for reference, variable in enumerate(variables):
         attributes: dict[str, Any] = _attributes(variable, reference) | _numbers(variable)
