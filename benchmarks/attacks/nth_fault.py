@@ -5,10 +5,11 @@ of `attacks.shim` has been called there.  Allocations are those of the C library
 (arrays, files, text), and objects of Python, whose allocator fails by `_testcapi` where the
 interpreter has it.
 
-    LD_PRELOAD=shim.so python -m attacks.nth_fault FOLDER KIND NUMBERS COMMAND ...
+    LD_PRELOAD=shim.so python -m attacks.nth_fault FOLDER KIND NUMBERS [--warm] COMMAND ...
 
-NUMBERS are like 1-200,500,1000.  A line of JSON per n has "n", "status", "out", "err", and in
-"left" the fault of the files.
+NUMBERS are like 1-200,500,1000.  With --warm the command has run once before the children, so
+that the first faults strike the command itself, not the imports.  A line of JSON per n has "n",
+"status", "out", "err", and in "left" the fault of the files.
 """
 
 import contextlib
@@ -44,13 +45,42 @@ def disarmed(kind):
         ctypes.CDLL(None).arm(0, 0)
 
 
+def redirected(folder):
+    """Work in a folder from now on, with the output in two files there."""
+    os.chdir(folder)
+    for stream, name in ((1, "stdout"), (2, "stderr")):
+        os.dup2(os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), stream)
+
+
+def warmed(folder, words):
+    """Run the command once in this process, in a folder of its own."""
+    from harvester.cli import exit_status
+
+    place = prepared(folder, "warm")
+    streams = [os.dup(stream) for stream in (1, 2)]
+    redirected(place)
+    status = exit_status(list(words))
+    sys.stdout.flush()
+    for stream, old in zip((1, 2), streams, strict=True):
+        os.dup2(old, stream)
+    if status:
+        raise SystemExit((place / "stderr").read_text())
+
+
+def prepared(folder, name):
+    """A new folder for one run, with the temporary folder of the process in it."""
+    place = Path(folder) / name
+    for inner in ("tmp", "out"):
+        (place / inner).mkdir(parents=True)
+    os.environ["TMPDIR"] = str(place / "tmp")
+    return place
+
+
 def child(folder, kind, n, words):
     """Run the command in this process, which ends with its status."""
     from harvester.__main__ import main
 
-    os.chdir(folder)
-    for stream, name in ((1, "stdout"), (2, "stderr")):
-        os.dup2(os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), stream)
+    redirected(folder)
     sys.argv = ["harvester", *words]
     signal.alarm(PATIENCE)
     status = 0
@@ -74,10 +104,7 @@ def run(folder, kind, n, words):
     """The status, the output and the state of the files after the n-th operation failed."""
     from attacks.wholeness import unwhole
 
-    place = Path(folder) / f"{kind}{n}"
-    for inner in ("tmp", "out"):
-        (place / inner).mkdir(parents=True)
-    os.environ["TMPDIR"] = str(place / "tmp")
+    place = prepared(folder, f"{kind}{n}")
     pid = os.fork()
     if pid == 0:
         child(place, kind, n, words)
@@ -98,6 +125,9 @@ def main():
 
     import harvester.commands  # noqa: F401  before the children, which share it
 
+    if words[0] == "--warm":
+        words.remove("--warm")
+        warmed(folder, words)
     for part in numbers.split(","):
         first, _, last = part.partition("-")
         for n in range(int(first), int(last or first) + 1):

@@ -110,7 +110,10 @@ def create(
     env = {**SAFE, **(env or {})}
     start = (os.getpid(), folder)
     env = {"LOKY_MAX_MEMORY_LEAK_SIZE": GROWTH, **(env or {})}
-    return loky.ProcessPoolExecutor(1, timeout=idle, env=env, initializer=_begin, initargs=start)
+    process = loky.ProcessPoolExecutor(1, timeout=idle, env=env, initializer=_begin, initargs=start)
+    # otherwise a thread of loky starts it, and prints a traceback if the system refuses it
+    process._call_queue._start_thread()
+    return process
 
 
 def submit_to_one(

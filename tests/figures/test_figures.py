@@ -203,6 +203,15 @@ def test_odd_sweeps(name):
     assert image(figure, "png").startswith(b"\x89PNG")
 
 
+def test_points_stand_at_their_resistances():
+    """In the unit of the axis."""
+    values = [1e6, 2e6, 4e6]
+    figure = table({R: values}, line([1e-6, 2e-6, 3e-6], values=values)).plot()
+    (axes,) = figure.axes
+    assert "MΩ" in axes.get_xlabel()
+    assert axes.lines[0].get_xdata() == pytest.approx([1.0, 2.0, 4.0])
+
+
 def test_a_point_alone_is_a_marker_and_a_failed_one_a_cross():
     powers = [1e-6, None, 3e-6, None]
     figure = table({R: np.geomspace(1e3, 1e7, 4)}, line(powers, "ensemble")).plot()

@@ -74,6 +74,22 @@ def test_a_write_fails_while_a_sweep_runs(tmp_path):
     assert {one["status"] for one in found} == {0, 2}
 
 
+@pytest.mark.parametrize("kind", ["object", "allocation", "write"])
+@pytest.mark.parametrize("words", [RUN, SWEEP, NODE], ids=lambda words: words[0])
+def test_each_of_the_first_200_of_a_command_that_is_loaded(tmp_path, kind, words):
+    """Faults strike the command itself, as the imports are done; NumPy aborts at one of twenty.
+
+    `a[:, :1, :1] + a` alone ends Python with a segmentation fault if its third allocation fails.
+    """
+    if kind == "object":
+        pytest.importorskip("_testcapi", reason="Python without its test module")
+    numbers = {"write": "1-20" if words[0] == "sweep" else "1-5"}.get(kind, "1-200")
+    found = answers(tmp_path, kind, numbers, ["--warm", *words])
+    assert {one["n"]: text for one in found if (text := wrong(one))} == {}
+    assert sum(one["status"] in ABORTED for one in found) <= 0.08 * len(found)
+    assert kind == "write" or 3 in {one["status"] for one in found}
+
+
 @pytest.mark.thorough("nothing: each of the first 200 faults")
 @pytest.mark.parametrize("kind", ["object", "allocation", "write"])
 @pytest.mark.parametrize("words", [RUN, SWEEP, NODE], ids=lambda words: words[0])

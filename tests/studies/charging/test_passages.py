@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from scipy.stats import binomtest
+from scipy.stats import t as student_t
 
 from harvester.cosimulation.charging import first_passages
 from harvester.studies.charging.passages import Passages, share_interval
@@ -117,3 +118,39 @@ def test_one_run_has_its_own_share():
     """Without noise there is one run, which arrives or does not."""
     assert passages([[1.0, 3.0]]).reached_between() == (1.0, 1.0)
     assert passages([[1.0, math.inf]]).reached_between() == (0.0, 0.0)
+
+
+def arrivals(records):
+    """Passages of runs on one record each, of which some arrive: a list of records of 0 and 1."""
+    times = [[1.0, 2.0 if run else math.inf] for record in records for run in record]
+    return dataclasses.replace(passages(times), together=len(records[0]))
+
+
+def test_runs_that_are_alike_on_each_record_are_worth_the_records():
+    """Runs of one record that all arrive or all fail count once: n - 1 records by their spread.
+
+    The uncertainty of that spread costs the square of the ratio of Student's quantiles.
+    """
+    (n, m, come) = (10, 4, 3)
+    found = arrivals([[number < come] * m for number in range(n)])
+    worth = (n - 1) * (student_t.ppf(0.975, n * m - 1) / student_t.ppf(0.975, n - 1)) ** 2
+    assert found.reached == pytest.approx(0.3)
+    assert found.reached_between() == pytest.approx(share_interval(0.3 * worth, worth), rel=1e-9)
+
+
+def test_records_with_one_share_are_worth_their_number():
+    """No spread of the records shows that their runs are independent."""
+    found = arrivals([[1, 0, 0, 1]] * 6)
+    assert found.reached_between() == pytest.approx(share_interval(3.0, 6))
+
+
+def test_runs_are_worth_no_more_than_their_number():
+    """Records that differ less than independent runs would are no more than these."""
+    found = arrivals([[1, 0] * 8] * 5 + [[1, 1] + [1, 0] * 7])
+    assert found.reached_between() == pytest.approx(share_interval(49.0, 96))
+
+
+def test_two_runs_have_an_interval():
+    """One run of noise-free excitation is certain; of two, one that arrives says little."""
+    assert arrivals([[1], [0]]).reached_between() == pytest.approx(share_interval(1.0, 2))
+    assert arrivals([[1]]).reached_between() == (1.0, 1.0)
