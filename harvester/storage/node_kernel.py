@@ -175,7 +175,7 @@ def _follow_packet(store, drawn, durations, stops, number, v, low, seconds, hour
         spent = spent + (left if k >= last else 0.0)
         if not on:
             return v, on, low
-    _send(counts, hours, number > 0)
+    send_packet(counts, hours, number > 0)
     low = _flag(v, low, levels)
     left = min((levels[SPARED] if low else durations[last]) - spent, seconds - counts[END])
     v = follow_state(store, drawn[last], v, left, threshold=stops[last], side=-1.0, course=course)
@@ -270,7 +270,7 @@ def _alike(v, low, inner, others, same):
 
 
 @forced
-def _send(counts, hours, arrives):
+def send_packet(counts, hours, arrives):
     """Count a packet that is sent now, and the time since the last that arrived."""
     if not arrives:
         counts[LOST] += 1.0

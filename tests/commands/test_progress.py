@@ -258,18 +258,18 @@ def left_of(bar):
     return sum(int(part) * 60**k for k, part in enumerate(reversed(parts)))
 
 
-@pytest.mark.parametrize("is_told", [True, False])
-def test_rows_that_come_in_batches_have_one_time_left(clock, is_told):
+@pytest.mark.parametrize("is_known", [True, False])
+def test_rows_that_come_in_batches_have_one_time_left(clock, is_known):
     """64 rows per second for 156 s: the bar showed 47:57 and 00:47 left in turn."""
     with RowsBar("sweep", {"ensemble": 10_000}, Screen(), warms_up=True) as bar:
         clock[0] += 3.0
         for batch in range(1, 21):
             bar.step(64, "ensemble")
-            if is_told:
+            if is_known:
                 bar.row_lasts("ensemble", 1.0 / 64.0)
             for part in range(10):
                 whole = (10_000 - 64 * batch) / 64.0 - 0.1 * part
-                if batch > 1 or is_told:
+                if batch > 1 or is_known:
                     assert left_of(bar) == pytest.approx(whole, abs=2.0)
                 clock[0] += 0.1
 

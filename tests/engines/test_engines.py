@@ -185,7 +185,7 @@ def test_within_is_reached_and_told():
 
 
 def test_the_variance_of_an_open_circuit_is_doubted_only_there():
-    """`averaged` at a stop without a load says so; a load, or a linear scene, leaves no doubt of it."""
+    """`averaged` warns at a stop without a load, but not with a load or without a stop."""
     doubts = {
         name: has(hv.Averaged().run(scene(eqs)).warnings, "open_circuit_variance")
         for name, eqs in {

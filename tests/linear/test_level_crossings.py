@@ -60,7 +60,7 @@ def test_bandwidth_of_a_sharp_resonance():
 @pytest.mark.parametrize("damping", [1e-6, 1e-3, 0.3])
 @pytest.mark.parametrize(("beta", "mu"), [(None, None), (0.1, 1e-3)])
 def test_bandwidth_by_its_closed_form(damping, beta, mu):
-    """q^2 = 1 - (1 - (2/pi) arctan(z/sqrt(1 - z^2)))^2/(1 - z^2), z the damping ratio; mu dissipates, too."""
+    """q^2 = 1 - (1 - (2/pi) arctan(z/sqrt(1 - z^2)))^2/(1 - z^2), z the damping ratio; the load dissipates as well."""
     stiffness = 1.0 + (beta or 0.0)
     dissipated = damping + (beta or 0.0) * (mu or 0.0) / stiffness
     z = 0.5 * dissipated / math.sqrt(stiffness)

@@ -33,7 +33,7 @@ BOUNDS = [
     ("calls with seven positional arguments", 7, 7),
     ("questions of which load or how many modes", 71, 60),
     ("one-importer modules", 87, 25),
-    ("lines above 100 columns", 2612, 0),
+    ("lines above 100 columns", 2605, 0),
     ("thousands of tokens", 627, 445),
 ]
 

@@ -12,7 +12,7 @@ HOURS = 3
 @pytest.fixture
 def sent():
     """A function that counts packets at given times, of which some arrive: the counts, and those by the hour."""
-    send = getattr(kernel._send, "py_func", kernel._send)
+    send = getattr(kernel.send_packet, "py_func", kernel.send_packet)
 
     def count(times, arrives):
         counts = np.zeros(kernel.COUNTS)

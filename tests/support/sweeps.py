@@ -1,4 +1,4 @@
-"""A sweep as tests ask for it, and who writes down what it is told."""
+"""A sweep as tests ask for it, and who writes down what it hears."""
 
 import harvester as hv
 from harvester.machine.progress import CallingBack

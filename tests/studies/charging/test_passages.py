@@ -151,6 +151,6 @@ def test_runs_are_worth_no_more_than_their_number():
 
 
 def test_two_runs_have_an_interval():
-    """One run of noise-free excitation is certain; of two, one that arrives says little."""
+    """One run of noise-free excitation is certain; one of two that arrives leaves much open."""
     assert arrivals([[1], [0]]).reached_between() == pytest.approx(share_interval(1.0, 2))
     assert arrivals([[1]]).reached_between() == (1.0, 1.0)
