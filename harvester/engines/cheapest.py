@@ -258,7 +258,12 @@ class Tried:
 
     @property
     def needed(self) -> float:
-        """The seconds to the target, in all; infinite if they are not known."""
+        """The seconds to the target, in all; infinite if they are not known.
+
+        More samples of `Compiled` do not measure its difference from ngspice, if that is missing.
+        """
+        if self.kind is Compiled and self.answer.mean_power.unknown:
+            return math.inf
         missed = [said for said in self.answer.diagnostics if said.code == "target_missed"]
         if not missed or missed[-1].numbers["error"] is None or not missed[-1].numbers["more"]:
             return math.inf  # or no sampling makes the error smaller

@@ -143,6 +143,17 @@ def test_the_first_error_is_raised_if_none_answers(monkeypatch, bridge):
         hv.run(bridge, within="1%")
 
 
+def test_more_samples_do_not_measure_a_difference_from_ngspice_that_is_missing(monkeypatch, bridge):
+    """`Compiled` is not run again if its error would still not be known."""
+    unknown = answer_of("compiled", 0.02, unknown="leaving ngspice out", enough=12.0)
+    asked = answering(
+        monkeypatch, {"spice": [answer_of("spice", 0.03)], "compiled": [unknown, unknown]}
+    )
+    assert hv.run(bridge, within="1%", budget="30s").engine == "spice"
+    assert [name for name, *_ in asked] == ["spice", "compiled"]
+    assert Tried(Compiled, unknown).needed == float("inf")
+
+
 def test_needed_seconds_are_those_of_the_last_look():
     assert Tried(Spice, answer_of("spice", 0.03, enough=400.0)).needed == 400.0
     assert Tried(Spice, answer_of("spice", 0.03)).needed == float("inf")

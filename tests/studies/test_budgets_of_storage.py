@@ -1,10 +1,11 @@
-"""Budgets of `node` and `design`: they end in time, with fewer runs or circuits, or state the seconds that are needed.
+"""Budgets of `node`, `design` and slow charges: they end in time, with fewer runs or circuits, or state the seconds.
 
 Seconds are without compilation, and CPU time, as the machine may have other work.
 """
 
+import dataclasses
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
 
@@ -103,3 +104,23 @@ def test_a_pace_that_is_hopeless_ends_the_work_at_once():
         with pytest.raises(TooLittleTimeError, match=r"3 h|10000 s|2 h"):
             check_time(working() - 10.0, 0.001)
     check_time(working() - 10.0, 0.001)
+
+
+NOISY_BOARD = dataclasses.replace(
+    hv.load(SENSOR), excitation=hv.Excitation(acceleration_psd="3e-3 g^2/Hz")
+).with_load(netlist="bridge", parameters={"C": "1 mF", "R": "10 Mohm"})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("budget", [1.0, 2.0])
+def test_a_slow_charge_ends_with_its_budget_or_states_the_seconds_that_it_needs(budget):
+    """Without a budget it lasts some four seconds."""
+    hv.charge(NOISY_BOARD, "2 V", engine="slow", trajectories="20s")  # compiles
+    with ending_within(budget), suppress(TooLittleTimeError):
+        found = hv.charge(NOISY_BOARD, "2 V", engine="slow", trajectories=f"{budget} s")
+        assert found.time is not None and found.time.error95 > 0.0
+
+
+def test_a_charge_without_a_budget_leaves_that_of_the_work_around_it():
+    with limited(TimeLimit(0.001)), pytest.raises(TooLittleTimeError, match="`budget` of 1 ms"):
+        hv.charge(NOISY_BOARD, "2 V", engine="slow")

@@ -2,6 +2,7 @@
 
 import math
 import time
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -25,6 +26,7 @@ from harvester.storage.measured_current import Rectifier, measured, time_constan
 from harvester.storage.rectified_current import RectifiedCurrent, reached, times_to
 from harvester.storage.rectifier_cut import STORE as CSMOOTH
 from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
+from harvester.storage.time_limit import TimeLimit, limited
 from harvester.studies.charging.afterwards import afterwards
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
 from harvester.uncertainty.value import half95
@@ -77,14 +79,16 @@ def charges_slowly(problem: Problem) -> bool:
 def charge_slowly(runs: ChargeRuns) -> Passages:
     """The passages of the storage capacitor.
 
-    Raises UnboundedResponseError if the motion grows without bound.
+    Raises UnboundedResponseError if the motion grows without bound, and TooLittleTimeError if the
+    mean current is not measured within the budget of the ``runs``.
     """
     from harvester.mechanics.kernels.compiled import compilation
 
     problem = runs.problem
     begin = time.perf_counter()
     deadline = None if math.isinf(runs.budget) else begin + runs.budget
-    with compilation():
+    limit = nullcontext() if math.isinf(runs.budget) else limited(TimeLimit(runs.budget))
+    with compilation(), limit:
         _check_draw(problem, float(runs.levels[-1]), runs.h)
         if not is_plain_store(problem.load_circuit):
             fields = _behind_a_rectifier(runs, deadline)
