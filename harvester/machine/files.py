@@ -151,6 +151,6 @@ def check_regular(path: Path, argument: str) -> None:
     for is_kind, kind in KINDS:
         if is_kind(mode):
             raise InputError(
-                f"`{argument}` must be the path of a regular file, but {shown(str(path))} is a {kind}: "
-                "choose another name"
+                f"`{argument}` must be the path of a regular file, but {shown(str(path))} "
+                f"is a {kind}: choose another name"
             )
