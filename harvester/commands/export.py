@@ -57,16 +57,18 @@ def export(
 
     file = str(out if fmu is None else fmu)
     others, kind = (
-        (("name", "duration"), "out") if fmu else (("circuit", "fmi", "platforms"), "fmu")
+        (("name", "duration"), "out")
+        if fmu is not None
+        else (("circuit", "fmi", "platforms"), "fmu")
     )
     for name in others:
         if options[name] is not None:
             raise InputError(
                 f"`{name}` must be used with --{kind}, but {file!r} is another kind of part"
             )
-    another_file("--fmu" if fmu else "--out", file, path, "SCENE")
+    another_file("--out" if fmu is None else "--fmu", file, path, "SCENE")
     given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
-    if fmu:
+    if fmu is not None:
         from harvester.devices.fmu.unit import export_fmu
 
         made = export_fmu(load(path), file, seed=seed, argument="fmu", **given)

@@ -48,6 +48,7 @@ def report_file(report: str | None, out: str | None) -> Path | None:
     files.folder(path.parent, "out" if report == HERE and out is not None else "report")
     if path.is_dir():
         raise invalid("--report", "be a file", str(path))
+    files.check_regular(path, "report")  # before the computation, not after it
     return path
 
 

@@ -90,7 +90,7 @@ def check_vector(forms: Sequence[str], argument: str = "vector") -> None:
 
 def remove(path: Path, argument: str = "out") -> None:
     """Remove a file, if there is one; raises InputError for a folder, a device, and others."""
-    _check_regular(path, argument)
+    check_regular(path, argument)
     try:
         path.unlink(missing_ok=True)
     except OSError as error:
@@ -110,7 +110,7 @@ def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "o
     """
     if isinstance(content, str):
         content = content.encode()
-    _check_regular(path, argument)
+    check_regular(path, argument)
     beside: Path | None = None
     try:
         beside, number = _new_beside(path)
@@ -118,7 +118,7 @@ def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "o
             file.writelines([content] if isinstance(content, bytes) else content)
             file.flush()
             os.fsync(file.fileno())
-        _check_regular(path, argument)  # made meanwhile
+        check_regular(path, argument)  # made meanwhile
         beside.replace(path)
         beside = None
         this_system.flush_folder(path.parent)
@@ -142,8 +142,8 @@ def _new_beside(path: Path) -> tuple[Path, int]:
     raise FileExistsError(EEXIST, os.strerror(EEXIST))
 
 
-def _check_regular(path: Path, argument: str) -> None:
-    """Refuse the name of a link, a device, a pipe or a socket; the system refuses folders."""
+def check_regular(path: Path, argument: str) -> None:
+    """Raise an InputError for a link, a device, a pipe or a socket; the system refuses folders."""
     try:
         mode = path.lstat().st_mode
     except (OSError, ValueError):  # there is none, or writing says why
@@ -151,6 +151,6 @@ def _check_regular(path: Path, argument: str) -> None:
     for is_kind, kind in KINDS:
         if is_kind(mode):
             raise InputError(
-                f"`{argument}` must be the path of a regular file, but {path.name} is a {kind}: "
-                "name another, or remove it"
+                f"`{argument}` must be the path of a regular file, but {shown(str(path))} "
+                f"is a {kind}: choose another name"
             )

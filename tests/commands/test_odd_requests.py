@@ -76,3 +76,10 @@ def test_a_part_does_not_replace_the_scene_that_it_is_made_of(
     assert refusal(status, out, err) == ""
     assert f"{option} must be another file than SCENE itself" in err
     assert scene.read_bytes() == before
+
+
+def test_an_empty_name_of_an_fmu_is_that_of_an_fmu(harvester):
+    """`--fmu ''`, as from an unset variable of a shell: the error was about --out."""
+    status, out, err = harvester("export", EXAMPLES / "plate.toml", "--fmu", "")
+    assert refusal(status, out, err) == ""
+    assert err.startswith("harvester: --fmu must be ")

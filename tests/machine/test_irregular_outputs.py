@@ -53,11 +53,11 @@ def test_what_is_no_file_stays(tmp_path, monkeypatch, kind):
     before = path.lstat()
     there = sorted(Path().iterdir())
     with pytest.raises(
-        InputError, match=r"^`out` must be the path of a regular file, but a\.csv is a "
+        InputError, match=r"^`out` must be the path of a regular file, but 'a\.csv' is a "
     ):
         files.write(path, "text")
     with pytest.raises(
-        InputError, match=r"^`out` must be the path of a regular file, but a\.csv is a "
+        InputError, match=r"^`out` must be the path of a regular file, but 'a\.csv' is a "
     ):
         files.remove(path)
     assert (path.lstat().st_ino, path.lstat().st_mode) == (before.st_ino, before.st_mode)
@@ -99,16 +99,25 @@ def test_a_journal_is_no_pipe_device_or_link(tmp_path, monkeypatch, kind):
     ],
 )
 def test_commands_leave_what_is_no_file(tmp_path, monkeypatch, harvester, kind, line):
-    """One line of status 2, and what was there is there."""
+    """One line of status 2, a report's before anything is computed, and what was there is there."""
     monkeypatch.chdir(tmp_path)
     words = line.split()
     (there,) = (word for word in words if word.startswith("there"))
     make(Path(there), kind)
     before = Path(there).lstat()
-    status, _, err = harvester(*words)
+    status, out, err = harvester(*words)
     assert (status, err.count("\n")) == (2, 1), err
+    assert out == "" or "--report" not in words
     assert Path(there).lstat().st_ino == before.st_ino
     assert [path.name for path in Path().iterdir()] == [there]
+
+
+def test_a_device_is_named_by_its_whole_path(harvester):
+    """`full is a device: remove it` named no file, and told root to remove the machine's device."""
+    status, _, err = harvester("export", PLATE, "--out", "/dev/full")
+    assert status == 2
+    assert "'/dev/full' is a device" in err
+    assert "remove" not in err
 
 
 def test_a_temporary_name_that_is_taken_is_left_alone(tmp_path):

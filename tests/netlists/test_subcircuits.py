@@ -54,3 +54,11 @@ def test_elements_of_a_flat_netlist_are_keys():
         pytest.approx(3e-6),
         1e5,
     )
+
+
+@pytest.mark.parametrize("kind", ["R", "L", "C"])
+def test_no_element_is_there_0_times(tmp_path, kind):
+    """A resistor with m=0 ended in a division by zero."""
+    netlist = written(tmp_path, BODY + f"\n{kind}9 c b 1 m=0")
+    with pytest.raises(hv.InputError, match=r"^netlist board\.cir line [0-9]+, m, must not be 0: "):
+        load_circuit(hv.Load(netlist=netlist))
