@@ -41,8 +41,8 @@ FILE = {"acceleration_psd_file": "psd.csv"}
 
 @pytest.mark.parametrize(("one", "other"), [(COLOURED, FILE), (SINUSOID, FILE)])
 def test_kinds_of_excitation_that_exclude_each_other(one, other):
-    """White noise may be beside all of them, coloured noise beside a sinusoid."""
+    """White noise can be combined with all of them, coloured noise with a sinusoid."""
     for allowed in (SINUSOID | NOISE, SINUSOID | COLOURED, FILE | NOISE):
         assert hv.Excitation(**allowed).acceleration_psd is not None
-    with pytest.raises(InputError, match="must be left out if .* is given, but both are given"):
+    with pytest.raises(InputError, match=r"must be left out if .* is given, but both are given"):
         hv.Excitation(**one, **other)
