@@ -23,6 +23,7 @@ from harvester.arrays import Complexes, Floats
 from harvester.errors import InputError, invalid, shown
 from harvester.quantities.kinds import CAPACITANCE, Kind
 from harvester.records.csv_table import CsvColumn, CsvTable
+from harvester.records.named_columns import words_of
 
 OHM, SIEMENS = (
     Kind("an impedance (ohm)", "ohm", "'1 kohm'"),
@@ -31,28 +32,24 @@ OHM, SIEMENS = (
 _HENRY = Kind("an inductance (H)", "H", "'1 mH'")
 _ANGLE, _LOSS = Kind("an angle (rad)", "rad", "'90 deg'"), Kind("a loss", "", "0.02")
 _PHASE = {"phase", "theta", "angle", "arg", "phi", "deg", "\u03b8", "\u03c6", "phasez", "zphz"}
-# words of their phases
+# words of the phases of an impedance and of an admittance
 _OF_IMPEDANCE = {"z", "impedance", "phasez", "zphz"}
 _OF_ADMITTANCE = {"y", "admittance"}
-_OF_ANALYSERS = {
-    "theta",
-    "phi",
-    "\u03b8",
-    "\u03c6",
-}  # words of an impedance's phase, beside that of a reflection
-_QUANTITIES = {  # words of a column, and its kind; a first word decides if a unit is shared
-    "z": ("z impedance zabs absz zmod mag magnitude", OHM),
-    "y": ("y admittance", SIEMENS),
-    "r": ("r rs resistance re real esr", OHM),
-    "x": ("x xs reactance im imag", OHM),
-    "g": ("g gp conductance", SIEMENS),
-    "b": ("b bp susceptance", SIEMENS),
-    "cp": ("cp c capacitance", CAPACITANCE),
-    "cs": ("cs", CAPACITANCE),
-    "rp": ("rp", OHM),
-    "ls": ("ls", _HENRY),
-    "d": ("d tan tand loss df", _LOSS),
-    "q": ("q", _LOSS),
+# words of an impedance's phase, beside that of a reflection
+_OF_ANALYSERS = {"theta", "phi", "\u03b8", "\u03c6"}
+_QUANTITIES = {  # words of a column, and its kind
+    "z": (words_of("z impedance zabs absz zmod mag magnitude"), OHM),
+    "y": (words_of("y admittance"), SIEMENS),
+    "r": (words_of("r rs resistance re real esr"), OHM),
+    "x": (words_of("x xs reactance im imag"), OHM),
+    "g": (words_of("g gp conductance"), SIEMENS),
+    "b": (words_of("b bp susceptance"), SIEMENS),
+    "cp": (words_of("cp c capacitance"), CAPACITANCE),
+    "cs": (words_of("cs"), CAPACITANCE),
+    "rp": (words_of("rp"), OHM),
+    "ls": (words_of("ls"), _HENRY),
+    "d": (words_of("d tan tand loss df"), _LOSS),
+    "q": (words_of("q"), _LOSS),
 }
 _OF_PARTS = {"re", "im", "real", "imag"}  # words of columns that are no sizes
 _PARTS_FIRST = re.compile(  # Re(Z), realz: Z stands first then
@@ -151,17 +148,16 @@ def _refuse_zeros(parts: Parts, key: str) -> None:
 
 def _is_size(column: CsvColumn) -> bool:
     """Whether a column is named as the size of an impedance."""
-    return bool(set(column.words) & set(_QUANTITIES["z"][0].split()))
+    return bool(_QUANTITIES["z"][0] & set(column.words))
 
 
 def _part(table: CsvTable, name: str) -> Floats | None:
     """The numbers of a quantity in SI units; None if no column has it."""
-    written, kind = _QUANTITIES[name]
-    names = written.split()
+    names, kind = _QUANTITIES[name]
     for column in table.columns:
         if name in "zy" and set(column.words) & _OF_PARTS:
             continue
-        if column.name.strip("|").lower() in names or set(column.words) & set(names):
+        if column.name.strip("|").lower() in names or names & set(column.words):
             values = column.in_si(kind)
             if values is not None or not column.stated:
                 return column.values if values is None else values

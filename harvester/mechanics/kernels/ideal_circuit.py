@@ -79,7 +79,7 @@ class IdealCircuit(NamedTuple):
 
     @property
     def has_own_kernel(self) -> bool:
-        """No kernel is its own."""
+        """Whether the circuit brings kernels of its own: an ideal one does not."""
         return False
 
     @property

@@ -97,7 +97,10 @@ def _step(
 
 
 def _start(state: State) -> "ResponseStart":
-    """The start of the way to the next response; ValueError and such for another content."""
+    """The start of the way to the next response, from the numbers of a file.
+
+    Raises ValueError, TypeError or KeyError for another content.
+    """
     from harvester.circuits.circuit_period import CircuitStart
     from harvester.cosimulation.periodic_responses import Neighbour
 
