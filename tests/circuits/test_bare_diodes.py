@@ -10,6 +10,7 @@ and -V - u across the other, twice each:
 import dataclasses
 import itertools
 import math
+import time
 
 import numpy as np
 import pytest
@@ -242,6 +243,11 @@ def test_steps_that_fail_are_no_answer(tmp_path):
         circuit.trace(eqs, np.random.default_rng(0).normal(size=2000), 0.1)
     with pytest.raises(hv.SimulationError, match=WHY):
         Trajectories(eqs, 16, np.random.SeedSequence(1), 0.1, circuit=circuit).run(30.0)
+    # also where a deadline ends the run before its last step, as many failed steps take long
+    with pytest.raises(hv.SimulationError, match=WHY):
+        Trajectories(eqs, 16, np.random.SeedSequence(1), 0.1, circuit=circuit).run(
+            30.0, deadline=time.perf_counter()
+        )
 
 
 @pytest.mark.ngspice

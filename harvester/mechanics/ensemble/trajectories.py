@@ -43,7 +43,7 @@ MOST_OF_A_PERIOD = 2e6  # steps
 MOST_STEPS = 1e10  # of one trajectory in one go
 # steps of a trajectory with a circuit of its own between two looks whether it is given up
 PIECE = 4096
-WATCHED = 64  # the same, between two looks at a deadline
+WATCHED = 8  # the same, between two looks at a deadline: some 4 % of the time
 
 # called with the nondimensional time times trajectories that a block has done
 Progress = Callable[[float], None]
@@ -238,10 +238,9 @@ class Trajectories:
 
         each(block, self.blocks, samples * self.stride, given_up)
         self.steps += round(reached.sum()) * self.stride * BATCH
-        if given_up.is_set():
-            raise LateError("the run would not end in the time for it: give a longer `budget`")
         elapsed = samples * time
-        self.time += elapsed
+        if not given_up.is_set():
+            self.time += elapsed
         if not all(
             np.isfinite(array).all() for array in (sums, self.state, noise) if array is not None
         ):
@@ -251,6 +250,8 @@ class Trajectories:
             )
         self.own_sums = self.own_sums + sums[:, len(IDEAL_SUMS) :].sum(axis=(0, 2))
         pair.check(self.own_sums, self.state)
+        if given_up.is_set():  # and no failed steps are the cause
+            raise LateError("the run would not end in the time for it: give a longer `budget`")
         moments = from_sums(sums, samples, elapsed, pair.loss_unit, self.eqs.load)
         if noise is None:
             return moments
