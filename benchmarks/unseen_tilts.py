@@ -36,20 +36,22 @@ MODEL = 0.4  # of the logarithm of a power, as D8 has it
 def leaning(scene: hv.Scene, tilt: float, at_left: bool) -> hv.Scene:
     """The two wells with gravity along the motion, about the saddle, or about the only rest if one well is gone.
 
-    k1 x + k3 x^3 = m g sin(tilt): about a root r the force is (k1 + 3 k3 r^2) y + 3 k3 r y^2 + k3 y^3.
+    k1 x + k2 x^2 + k3 x^3 = m g sin(tilt): about a root r the force is
+    (k1 + 2 k2 r + 3 k3 r^2) y + (k2 + 3 k3 r) y^2 + k3 y^3.
     """
     one = scene.oscillator
     k1, k3 = one.stiffness, one.cubic_stiffness
     assert k1 is not None and k3 is not None, "two_wells gives both"
+    k2 = one.quadratic_stiffness or 0.0
     force = one.mass * G * math.sin(math.radians(tilt))
-    roots = np.roots([k3, 0.0, k1, -force])
+    roots = np.roots([k3, k2, k1, -force])
     real = sorted(float(root.real) for root in roots if abs(root.imag) < 1e-9 * abs(root))
     middle = real[len(real) // 2]
     sign = -1.0 if at_left else 1.0
     oscillator = dataclasses.replace(
         one,
-        stiffness=k1 + 3.0 * k3 * middle**2,
-        quadratic_stiffness=sign * 3.0 * k3 * middle,
+        stiffness=k1 + 2.0 * k2 * middle + 3.0 * k3 * middle**2,
+        quadratic_stiffness=sign * (k2 + 3.0 * k3 * middle),
         cubic_stiffness=k3,
     )
     return dataclasses.replace(scene, oscillator=oscillator)

@@ -130,6 +130,7 @@ def test_every_quantity_of_the_blind_devices_is_predicted():
         **dict.fromkeys((f"D{number}" for number in range(10, 25)), 1),
         **dict.fromkeys(("D13", "D14", "D16", "D18", "D21"), 2),
         "D25": 3,
+        "D26": 6,
     }
     for row in rows:
         for version in ("", "_1", "_2", "_3"):
