@@ -53,13 +53,7 @@ def of_run(
         said = signs("; ".join(map(str, sensitivity.diagnostics)))
         tables.append(replace(text_table(sensitivity.table), caption=caption_of, note=said))
     if prediction is not None:
-        said = signs("; ".join(map(str, prediction.notes)))
-        tables += [
-            replace(
-                text_table(prediction.real_device), caption=prediction.real_device.title, note=said
-            ),
-            replace(text_table(prediction.measurements), caption=prediction.measurements.title),
-        ]
+        tables += _predicted(prediction)
     section = Section(
         "Answer",
         drawings=[drawing(answer.plot(None), f"Bars: {_spoken(answer)}", caption)],
@@ -71,6 +65,24 @@ def of_run(
     return scene_page(
         problem, kind, engines.lead(answer), section, provenance(problem), seed=seed_text
     )
+
+
+def _predicted(prediction: Prediction) -> list[TextTable]:
+    """The tables of a real device: its interval with the class, and its quantities with the next measurement."""
+    device, quantities = prediction.real_device, prediction.measurements
+    following = prediction.next_measurement
+    return [
+        replace(
+            text_table(device),
+            caption=f"{device.title} (class {prediction.prior})",
+            note=signs("; ".join(map(str, prediction.notes))),
+        ),
+        replace(
+            text_table(quantities),
+            caption=quantities.title,
+            note=f"Next measurement: {following}" if following else "",
+        ),
+    ]
 
 
 def _largest(extremes: Extremes | None) -> list[TextTable]:

@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import harvester as hv
+from harvester import report
 from harvester.answers.estimate import DISPLACEMENT
 from harvester.cli import cli
 from harvester.equations.problem import Problem
@@ -165,6 +166,18 @@ def test_the_error_of_the_computation_stays_apart():
     result = hv.predict(weak(), samples=64)
     assert result.computed.error95 < 1e-6 * result.computed.value
     assert result.computed.value == hv.run(weak()).mean_power.value
+
+
+def test_a_report_names_class_and_next_measurement():
+    """As the printed answer does, beside the error of the computation; without a narrowing there is no line."""
+    scene = weak()
+    answer = hv.run(scene)
+    for origin, named in (("unknown", "damping"), ("measured", "")):
+        result = hv.predict(scene, prior="film", known=GIVEN | {"damping": origin}, samples=64)
+        page = report.html(report.of_run(scene, answer, 0, prediction=result))
+        assert "class film" in page
+        assert ("Next measurement:" in page) == bool(named)
+        assert not named or f"Next measurement: {named}" in page
 
 
 def test_a_device_with_a_stop_gives_less_than_computed():
