@@ -2,7 +2,7 @@
 
     python benchmarks/priors_fit.py            # coverage and widths of each version of the priors
     python benchmarks/priors_fit.py --write    # the fitted columns into benchmarks/predicted.csv
-    python benchmarks/priors_fit.py --page     # table and figure of docs/prediction.md
+    python benchmarks/priors_fit.py --page     # table and figure of docs/prediction_fit.md
 
 The logarithm of measured over predicted is a sum of normal numbers: the spread that the first prediction had from the
 open ranges of its source, coupling and damping, which all quantities of a device share, the frequency, and a model
@@ -28,7 +28,7 @@ from harvester.studies.prediction import priors
 from harvester.studies.prediction.priors import prior_of
 
 HERE = Path(__file__).parent
-PAGE = HERE.parent / "docs" / "prediction.md"
+PAGE = HERE.parent / "docs" / "prediction_fit.md"
 FIGURE = HERE.parent / "docs" / "predicted.png"
 BEGIN = "<!-- by benchmarks/priors_fit.py --page -->"
 END = "<!-- end -->"

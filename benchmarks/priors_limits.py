@@ -1,7 +1,7 @@
 """The width of the intervals of real devices: designs, unknowns, origins, and the width after one measurement.
 
     python benchmarks/priors_limits.py           # the tables, some seconds
-    python benchmarks/priors_limits.py --page    # into docs/prediction.md
+    python benchmarks/priors_limits.py --page    # into docs/prediction_fit.md
 
 Each device is left out of the fit that judges it, as in benchmarks/priors_fit.py, and the width is that of a power.
 Designs of an interval:
@@ -309,7 +309,7 @@ def by_device() -> Iterator[str]:
 
 
 def block() -> list[str]:
-    """The generated lines of docs/prediction.md."""
+    """The generated lines of docs/prediction_fit.md."""
     some = [number for number in numbers() if number.measured is not None]
     return [*designs(some), "", *unknowns(some), "", *by_device(), "", *after_one(some)]
 

@@ -68,7 +68,7 @@ def of_run(
 
 
 def _predicted(prediction: Prediction) -> list[TextTable]:
-    """The tables of a real device: its interval with the class, and its quantities with the next measurement."""
+    """The tables of a real device: its interval, and its quantities with the next measurement."""
     device, quantities = prediction.real_device, prediction.measurements
     following = prediction.next_measurement
     return [

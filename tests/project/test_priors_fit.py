@@ -1,4 +1,4 @@
-"""The fit of the priors: docs/prediction.md has its table, and a fit of made-up devices finds their numbers."""
+"""The fit of the priors: docs/prediction_fit.md has its tables, and a fit of made-up devices finds their numbers."""
 
 import dataclasses
 import importlib
@@ -17,7 +17,7 @@ sys.path.append(str(ROOT / "benchmarks"))
 priors_fit, priors_limits, priors_kinds, narrowed = map(
     importlib.import_module, ("priors_fit", "priors_limits", "priors_kinds", "narrowed")
 )
-PAGE = (ROOT / "docs" / "prediction.md").read_text()
+PAGE = priors_fit.PAGE.read_text()
 
 
 def test_the_page_has_what_the_command_prints():
@@ -229,15 +229,6 @@ def test_no_fit_by_kinds_has_its_own_device():
     assert first["koga"] == second["koga"] and first["liu"] != second["liu"]
 
 
-def test_the_first_page_has_the_coverage():
-    """README's row on real devices is that of the table."""
-    row = r"\| fitted, each device left out \| (\d+ of \d+) \|.*\| (\d+) \|"
-    held, width = re.search(row, PAGE).groups()
-    readme = (ROOT / "README.md").read_text()
-    assert f"{held} inside" in readme
-    assert f"a factor of {width} " in readme
-
-
 @pytest.mark.slow
 def test_a_device_after_a_curve_and_after_a_power():
     """The row of a measured device, computed anew; and of weighted normal numbers the width of a normal posterior."""
@@ -252,4 +243,4 @@ def test_a_device_after_a_curve_and_after_a_power():
     ]
     found = narrowed.widths(scene, device_class)
     row = f"| {title} | {device_class} | {' | '.join(f'{value:.1f}' for value in found)} |"
-    assert row in PAGE
+    assert row in narrowed.PAGE.read_text()

@@ -169,7 +169,7 @@ def test_the_error_of_the_computation_stays_apart():
 
 
 def test_a_report_names_class_and_next_measurement():
-    """As the printed answer does, beside the error of the computation; without a narrowing there is no line."""
+    """The printed answer has both as well. Without a narrowing there is no line."""
     scene = weak()
     answer = hv.run(scene)
     for origin, named in (("unknown", "damping"), ("measured", "")):
