@@ -81,6 +81,16 @@ def test_a_motion_begins_in_the_lower_well_or_in_its_image(tmp_path):
     assert seen[1] == pytest.approx(-max(roots.real), rel=1e-3)
 
 
+def test_the_page_has_the_judgement_of_the_recordings():
+    """Its rows are those that the command prints now: six voltages, of which six intervals hold."""
+    cantilevers = importlib.import_module("unseen_cantilevers")
+    lines = list(cantilevers.judgement(cantilevers.judged(["D26"])))
+    begin = cantilevers.BEGIN.format("recordings")
+    page = cantilevers.PAGE.read_text().partition(begin)[2].partition(cantilevers.END)[0]
+    assert page.strip().splitlines() == lines
+    assert [line.split(" | ")[-1] for line in lines[2:]] == ["yes |"] * 6
+
+
 def _cubic(scene):
     one = scene.oscillator
     return one.cubic_stiffness, one.quadratic_stiffness, one.stiffness
