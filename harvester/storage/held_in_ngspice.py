@@ -6,7 +6,7 @@ large that they are held, gain charges that differ by a part.  Each has its own 
 throws the mass at a stop, trajectories part at impacts, and both move as the compiled rectifier
 lets the mass move (as `harvester.cosimulation.same_motion`).
 
-The netlists of this package are compared in tests, and `JUDGE` is their finding.
+The rectifiers of this package are compared in tests, and `JUDGE_OF_RECTIFIERS` is their finding.
 """
 
 import dataclasses
@@ -28,7 +28,7 @@ from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
 from harvester.netlists.for_ngspice import RELTOL_OF_JUDGE, SHUNTS
 from harvester.netlists.load_circuit import LoadCircuit, with_parts
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
-from harvester.storage.measured_current import FADED, JUDGE, time_constant
+from harvester.storage.measured_current import FADED, JUDGE, JUDGE_OF_RECTIFIERS, time_constant
 from harvester.storage.rectifier_cut import STORE, held_rectifier
 from harvester.uncertainty.paired_difference import difference95, half_if_enough, share95
 
@@ -67,14 +67,16 @@ def error_of_circuit(
     """Relative difference of a mean current from ngspice's at 95 %, and its unknown part ("": all is known).
 
     ``volts`` is the working voltage of the storage capacitor.  For this package's netlists it is
-    `JUDGE`, and no less of a user's own, whose difference is measured; that is not known if ngspice
-    is missing, gives no answer, or needs longer than `PATIENCE` or until a ``deadline`` of
-    `time.perf_counter`. For a record a ``piece`` is run.
+    `JUDGE_OF_RECTIFIERS`, and no less of a user's own, whose difference is measured; that is not
+    known, and `JUDGE` in its place, if ngspice is missing, gives no answer, or needs longer than
+    `PATIENCE` or until a ``deadline`` of `time.perf_counter`. For a record a ``piece`` is run.
     """
     if _is_packaged(problem):
-        return JUDGE, ""
+        return JUDGE_OF_RECTIFIERS, ""
     measured = current_difference(problem, volts, seed, piece, deadline)
-    return (JUDGE, COMPILED_CIRCUIT) if measured is None else (max(measured, JUDGE), "")
+    if measured is None:
+        return JUDGE, COMPILED_CIRCUIT
+    return max(measured, JUDGE_OF_RECTIFIERS), ""
 
 
 def current_difference(

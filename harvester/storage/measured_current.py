@@ -46,6 +46,7 @@ VOLTAGES = 12
 # under noise, at each voltage; a run of a netlist's own elements costs ten to a hundred times more
 RUNS, OF_ELEMENTS = 512, 64
 JUDGE = 5e-3  # twice what compiled circuits differ by from ngspice at most (docs/compiled.md)
+JUDGE_OF_RECTIFIERS = 1.5e-3  # the same of rectifiers
 # of the largest current: more at the last voltage goes on beyond it, as that of a doubler
 CUT_OFF = 0.01
 # time constants of the mass after which its transients are forgotten; after a step of the ladder

@@ -44,7 +44,7 @@ from harvester.storage.checked_mean import (
 )
 from harvester.storage.held_in_ngspice import error_of_circuit, seconds_of_judging
 from harvester.storage.held_stores import StoresOfMany
-from harvester.storage.measured_current import RUNS, Rectifier, measured, time_constant
+from harvester.storage.measured_current import JUDGE, RUNS, Rectifier, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached
 from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import JUDGED, TOLERANCE, SlowCircuit, SlowPath, noise_check
@@ -150,7 +150,7 @@ def noisy_power(
     power, square = (
         mean.value(
             name,
-            judge,
+            JUDGE,
             unknown,
             _correction(mean, name, fluctuating, gain.scaled(1.0 / less), stderr),
         )

@@ -6,8 +6,8 @@ length and a larger tolerance, and by a direct run of mass and circuit from rest
 excitation, of `DIRECT` time constants of the mass.  The difference of the latter is added to the
 mean (two levels), and is the error of the separation of time scales.  If it differs by more than
 `LARGEST_SEPARATION` a longer direct run replaces the slow one.  The difference of compiled circuits
-from ngspice (`error_of_circuit`) is applied to the rectifier's current, with its effect in the
-slow circuit, and to the power again.
+from ngspice is applied to the rectifier's current (`error_of_circuit`), with its effect in the
+slow circuit, and that of the circuit behind it (`JUDGE`) to the power.
 """
 
 import math
@@ -40,7 +40,7 @@ from harvester.storage.checked_mean import (
     settled_path,
 )
 from harvester.storage.held_in_ngspice import error_of_circuit, seconds_of_judging
-from harvester.storage.measured_current import FADED, VOLTAGES, measured, time_constant
+from harvester.storage.measured_current import FADED, JUDGE, VOLTAGES, measured, time_constant
 from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
 from harvester.uncertainty.value import Value
@@ -99,7 +99,7 @@ def steady_power(
     mean = CheckedMean(path, duration, rougher, table, checks, step=2.0 * h, stride=2)
     off = {name: _off(direct, path, mean.mean(name), name) for name in ("square", "piezo")}
     power, square = (
-        mean.value(name, judge, unknown, Correction(off[name], abs(off[name])))
+        mean.value(name, JUDGE, unknown, Correction(off[name], abs(off[name])))
         for name in ("square", "piezo")
     )
     separation = abs(off["square"])
@@ -110,7 +110,7 @@ def steady_power(
         longer = LONGER if pace is None else min(max(pace.left / (2.0 * took), 1.0), LONGER)
         direct, twice = (_direct(problem, longer * direct.seconds, factor) for factor in (1.0, 2.0))
         power, square = (
-            _of_direct(direct, twice, name, judge).with_unknown(unknown)
+            _of_direct(direct, twice, name, max(judge, JUDGE)).with_unknown(unknown)
             for name in ("square", "piezo")
         )
         changed = 0.0

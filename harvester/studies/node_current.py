@@ -119,6 +119,8 @@ def _of_alike_shaking(
         deadline=_end_of_judging(problem),
     )
     elements, unknown = judge
+    if tracking is not None:  # whose input is behind the rectifier
+        elements = max(elements, JUDGE)
     known = Known(table, rough, steps, 0.0, elements, unknown=unknown, judge=judge)
     if tracking is not None and noise:
         law = tracked_input(problem, table, tracking, seed)

@@ -15,7 +15,7 @@ from harvester.errors import MissingProgramError
 from harvester.netlists.load_circuit import netlist_folder
 from harvester.storage import held_in_ngspice
 from harvester.storage.held_in_ngspice import HELD, current_difference, error_of_circuit, held_load
-from harvester.storage.measured_current import JUDGE, measured
+from harvester.storage.measured_current import JUDGE, JUDGE_OF_RECTIFIERS, measured
 from tests.support.bursts import on_record
 from tests.support.own_board import noisy_node, without_node
 from tests.support.paths import EXAMPLES
@@ -31,6 +31,16 @@ def test_the_boards_diodes_give_what_they_do_in_ngspice(excitation, stop):
     to the last digit."""
     problem = Problem.of(noisy_node(unlike=True, excitation=excitation, stop=stop))
     assert 1e-6 < current_difference(problem, 3.0) < JUDGE
+
+
+@pytest.mark.ngspice
+@pytest.mark.parametrize(
+    "name, volts", [("bimorph_ltc3588", 4.0), ("bimorph_bq25570", 3.0), ("bimorph_node", 3.0)]
+)
+def test_packaged_rectifiers_give_what_they_do_in_ngspice(name, volts):
+    """The difference is at most half of the assumption about them."""
+    problem = Problem.of(hv.load(EXAMPLES / f"{name}.toml"))
+    assert 1e-6 < current_difference(problem, volts) < 0.5 * JUDGE_OF_RECTIFIERS
 
 
 @pytest.mark.ngspice
@@ -92,7 +102,10 @@ def test_ngspice_ends_at_the_deadline(monkeypatch):
     unknown = JUDGE, "the difference from ngspice"
     assert error_of_circuit(problem, 3.0, deadline=time.perf_counter() - 1.0) == unknown
     assert latest == []
-    assert error_of_circuit(problem, 3.0, deadline=time.perf_counter() + 5.0) == (JUDGE, "")
+    assert error_of_circuit(problem, 3.0, deadline=time.perf_counter() + 5.0) == (
+        JUDGE_OF_RECTIFIERS,
+        "",
+    )
     assert latest and max(latest) <= 5.0
 
 
@@ -109,7 +122,7 @@ def test_without_ngspice_that_part_is_not_known(monkeypatch):
     charge = hv.charge(without_node(scene), to="3 V", engine="slow")
     assert charge.time.error95 is None and charge.time.known_error95 > 0.0
     packaged = noisy_node(excitation=DRIVE, load=hv.Netlist("bridge"))
-    assert error_of_circuit(Problem.of(packaged), 3.0) == (JUDGE, "")
+    assert error_of_circuit(Problem.of(packaged), 3.0) == (JUDGE_OF_RECTIFIERS, "")
 
 
 @pytest.mark.thorough("test_of_a_chip_the_rectifier_alone_is_run")

@@ -22,7 +22,7 @@ from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.messages.unknown_parts import MEASURED_CURRENT
 from harvester.storage.held_in_ngspice import error_of_circuit
-from harvester.storage.measured_current import Rectifier, measured, time_constant
+from harvester.storage.measured_current import JUDGE, Rectifier, measured, time_constant
 from harvester.storage.rectified_current import RectifiedCurrent, reached, times_to
 from harvester.storage.rectifier_cut import STORE as CSMOOTH
 from harvester.storage.rectifier_cut import cut_behind_rectifier, is_plain_store
@@ -325,7 +325,8 @@ def _behind_a_rectifier(runs: ChargeRuns, deadline: float | None) -> dict[str, A
         "curves": np.interp(at, paths[0].t + check.late, paths[0].store, left=0.0)[None],
         "steps": steps + check.steps + sum(path.steps for path in paths),
         "notes": (alone, *_not_apart(float(times[-1]), unit)),
-        "model": _finite(other, times) + (judge + separation / check.seconds) * _finite(times),
+        "model": _finite(other, times)
+        + (max(judge, JUDGE) + separation / check.seconds) * _finite(times),
         "unknown": unknown,
         "after": ([parts_after[0]], [parts_after[1]]) if runs.whole else None,
     }
