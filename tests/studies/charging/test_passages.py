@@ -51,6 +51,18 @@ def test_what_never_arrives_has_no_mean():
     assert "the step" in unsure.time_to(1).unknown
 
 
+@pytest.mark.parametrize("coarse_too", [False, True])
+def test_a_target_that_no_run_reaches_has_the_time_watched_without_an_error(coarse_too):
+    """Whatever they reach before: an error of 0 would state that the time is known."""
+    never = [[1.0, math.inf], [3.0, math.inf]]
+    found = passages(never, never if coarse_too else [[1.0, math.inf], [3.0, 9.0]])
+    stated = found.at_least()
+    if coarse_too:
+        assert (stated.value, stated.stderr, stated.bias) == (10.0, None, None)
+    else:
+        assert stated.value == pytest.approx(10.0) and stated.bias >= 0.5
+
+
 @pytest.mark.parametrize(("reached", "runs"), [(0, 16), (7, 16), (16, 16), (250, 256)])
 def test_interval_of_a_share(reached, runs):
     known = binomtest(reached, runs).proportion_ci(0.95, "exact")

@@ -8,7 +8,7 @@ import pytest
 import harvester as hv
 from harvester.answers.estimate import Estimate
 from harvester.errors import SimulationError
-from harvester.machine.progress import NO_PROGRESS, NoProgress
+from harvester.machine.progress import NO_PROGRESS, CallingBack, NoProgress
 from harvester.presentation.diagnostic import has
 from harvester.studies.tolerance.circuit_study import CircuitStudy
 from harvester.studies.tolerance.device_limits import parse
@@ -226,6 +226,15 @@ def test_a_key_whose_end_has_no_answer_is_named():
         study(broken)
     with pytest.raises(SimulationError, match=r"at piezo\.capacitance of \d.*F, oscillator\.d"):
         linear_law(request(), broken, NO_PROGRESS)
+
+
+def test_progress_of_a_first_order_grows_to_the_whole():
+    """Each device of the law moves the bar: minutes without a change look like a hang."""
+    told = []
+    progress = CallingBack(lambda done, _: told.append(done))
+    linear_law(request(), Formula(judged=False), progress)
+    assert told == sorted(told) and told[-1] == 1.0
+    assert np.diff([0.0, *told]).max() < 0.5
 
 
 def test_a_first_order_without_a_known_model_has_no_error():
