@@ -21,7 +21,7 @@ Rw w n 1Meg"""
 
 @pytest.mark.slow
 def test_voltages_of_sources_are_those_of_their_laws(tmp_path):
-    """A constant, a multiple of a voltage and of a current, and a function; one left out floats, or is its value at 0."""
+    """A constant, a multiple of a voltage or a current, and a function: without its law a source floats."""
     scene = on_plate(tmp_path, BODY)
     circuit = compiled(scene)
     noise = np.random.default_rng(0).normal(size=200)
