@@ -37,6 +37,15 @@ def test_powers_of_elements_are_those_of_their_laws(tmp_path):
 
 
 @pytest.mark.ngspice
+def test_resistors_in_series_share_the_power_as_their_resistances(tmp_path):
+    """In watts, as the load's own."""
+    scene = replace(on_plate(tmp_path, "Rx p a 300k\nRload a n 500k\n"), excitation=DRIVE)
+    found = hv.Compiled(ledger=True).run(scene)
+    taken = found.details["ledger_circuit_rx"]
+    assert taken == pytest.approx(300.0 / 500.0 * found.mean_power.value, rel=5e-3)
+
+
+@pytest.mark.ngspice
 @pytest.mark.thorough("test_what_is_not_told_is_refused_before_anything_is_computed")
 def test_probes_and_powers_of_a_driven_bridge_are_those_of_ngspice(tmp_path):
     scene = replace(on_plate(tmp_path, BODY), excitation=DRIVE)

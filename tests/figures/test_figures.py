@@ -2,6 +2,7 @@
 
 import ast
 import dataclasses
+import math
 import re
 import warnings
 
@@ -26,6 +27,7 @@ from harvester.studies.optimum.under_limits import RobustOptimum
 from harvester.studies.paper import FigurePoint, PaperFigure
 from harvester.studies.stability.exponent import Stability
 from harvester.studies.stability.region import Edge
+from harvester.studies.stationary_densities import Densities
 from harvester.studies.sweep.points import Axis
 from harvester.studies.sweep.rows import SweepRow
 from harvester.studies.sweep.sweep_table import SweepTable
@@ -420,3 +422,41 @@ def test_an_axis_of_one_place_has_a_width(place):
     assert image(figure, "png").startswith(b"\x89PNG")
     low, high = here.get_xlim()
     assert low < place < high
+
+
+def test_a_density_is_drawn_from_its_foot_over_its_peak():
+    """Its largest value and its width are on the picture; the rest of the axis, next to nothing, is not."""
+    path = motion(True)
+    at = np.linspace(-1e-3, 1e-3, 401)
+    bell = np.exp(-0.5 * (at / 1e-4) ** 2) / (1e-4 * math.sqrt(2.0 * math.pi))
+    known = Value(1e-4, bias=1e-6)
+    plane = np.outer(bell[::4], bell[::4])
+    result = Densities(
+        engine="density",
+        displacement_mean=known,
+        displacement_rms=known,
+        velocity_rms=known,
+        voltage_rms=known,
+        impact_rate=None,
+        hop_rate=None,
+        level=None,
+        first_passage_time=None,
+        displacement=at,
+        displacement_density=bell,
+        velocity=at,
+        velocity_density=bell,
+        voltage=at,
+        voltage_density=bell,
+        phase_plane=plane,
+        impact_speed=None,
+        impact_density=None,
+        largest_error=1e-3,
+        path=path,
+        seconds=0.1,
+        physical=True,
+    )
+    for panel in result.plot().axes[:2]:
+        (line,) = panel.lines
+        x, y = line.get_data()
+        assert np.trapezoid(y, x) == pytest.approx(1.0, rel=1e-3)
+        assert y.min() < 1e-3 * y.max() and len(x) < 0.6 * len(at)

@@ -6,10 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from matplotlib.colors import rgb_to_hsv, to_rgb
+from matplotlib.figure import Figure
 
 import harvester as hv
 from harvester import figures
 from harvester.figures import quantities
+from harvester.figures.labels import Label, write_labels
 from harvester.figures.motions import bins, time_spent
 from harvester.figures.smoothing import smooth
 from harvester.figures.sweep_curves import style
@@ -294,3 +296,39 @@ def test_a_power_of_zero_is_written():
     answer = hv.Exact().run(hv.loads("[nondimensional]\nc1 = -0.05\nbeta = 0.05\nD11 = 0.01\n"))
     assert "0: the parts of its error" in texts(answer.plot())
     assert "0" in texts(Comparison((answer,), {}, ()).plot("An open circuit"))
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "digits"), [(2.0, 7.0, "234567"), (1.0, 40.0, "125"), (1.0, 2000.0, "1")]
+)
+def test_labels_of_a_logarithmic_axis(low, high, digits):
+    """All digits in a part of a decade, 1, 2 and 5 up to two decades, then the decades alone: none, or overlaps."""
+    figure = Figure()
+    axes = figure.subplots()
+    axes.set_xlim(low, high)
+    quantities.logarithm(axes.xaxis)
+    figure.draw_without_rendering()
+    texts_by_tick = [
+        (tick, text.get_text())
+        for minor in (False, True)
+        for tick, text in zip(
+            axes.get_xticks(minor=minor), axes.get_xticklabels(minor=minor), strict=True
+        )
+    ]
+    shown = {f"{tick:e}"[0] for tick, text in texts_by_tick if text and low <= tick <= high}
+    assert shown == set(digits)
+
+
+@pytest.mark.parametrize("edge", ["left", "right", "bottom", "top"])
+def test_a_label_stays_inside_the_axes(edge):
+    """Also of a mark next to an edge: the place on its other side is free."""
+    figure = Figure()
+    axes = figure.subplots()
+    axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
+    at = {"left": (0.0, 0.5), "right": (1.0, 0.5), "bottom": (0.5, 0.0), "top": (0.5, 1.0)}[edge]
+    write_labels(axes, [Label("a label", "black", np.array([at]))])
+    inside = axes.get_window_extent()
+    (written,) = axes.texts
+    box = written.get_window_extent()
+    assert inside.x0 <= box.x0 and box.x1 <= inside.x1
+    assert inside.y0 <= box.y0 and box.y1 <= inside.y1

@@ -7,7 +7,7 @@ import pytest
 import harvester as hv
 from harvester.equations.coefficients import Equations
 from harvester.linear.record_doubts import density_doubts, record_doubts
-from harvester.records.records import Record, TabulatedDensity, bridge, whole_period
+from harvester.records.records import BRIDGE, Record, TabulatedDensity, bridge, whole_period
 from tests.support.systems import PAPER
 
 HERTZ, SECONDS = 45.6, 20.0
@@ -143,3 +143,13 @@ def test_several_tones_of_one_period_need_no_bridge(share):
     assert len(whole_period(a)) == n and whole_period(a[:-7]) is None
     noisy = np.cos(2.0 * np.pi * 100.0 * t + 0.4) + 5e-4 * rng.standard_normal(n)
     assert len(whole_period(noisy)) == n
+
+
+def test_a_bridge_between_parts_of_one_parabola_is_on_it():
+    """The cubic with both ends' slopes is that of the parabola through both: a wrong weight of a slope leaves it."""
+    steps = np.arange(-6, BRIDGE + 6)
+    parabola = 0.3 - 0.02 * steps + 1e-3 * steps**2
+    last_read = 6
+    first_read = last_read + BRIDGE
+    values = np.concatenate([parabola[first_read:], parabola[: last_read + 1]])
+    assert bridge(values) == pytest.approx(parabola[last_read + 1 : first_read], rel=1e-12)

@@ -37,6 +37,12 @@ def test_what_would_do_nothing_is_refused(fields, line):
         hv.Execution(**fields)
 
 
+@pytest.mark.parametrize("workers", [None, 1, 1000])
+def test_both_ends_of_the_numbers_of_workers_are_accepted(workers):
+    """One process alone, and as many as the message of a refusal names."""
+    assert hv.Execution(workers=workers).workers == workers
+
+
 @pytest.mark.parametrize(
     ("given", "listener"), [(None, AUTOMATIC), (True, AUTOMATIC), (False, NO_PROGRESS)]
 )

@@ -60,3 +60,11 @@ def test_a_coarse_clock_has_one_rate():
     """Times in whole hundredths of a second of a record at 73 Hz: its steps are 0.01 and 0.02 s."""
     time = np.round(np.arange(4000) / 73.0, 2)
     assert even(time, RNG.standard_normal(len(time)), [])[0] == pytest.approx(1.0 / 73.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("pattern", [(0.008, 0.008, 0.014), (0.012, 0.012, 0.006)])
+def test_steps_of_one_mean_are_of_one_rate(pattern):
+    """A logger that becomes uneven keeps its rate: its typical step changes, and not its mean step."""
+    time = times(np.concatenate([np.full(6 * BLOCK, 0.01), np.tile(pattern, 2 * BLOCK)]))
+    spacing, values = even(time, RNG.standard_normal(len(time)), [])
+    assert spacing == pytest.approx(0.01, rel=1e-3) and len(values) == len(time)

@@ -19,6 +19,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.effects import EFFECTS as REGISTRY
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
+from harvester.machine.provenance import origin
 from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.scene_words import EFFECTS
 from harvester.report.numbers import amount, share, signs
@@ -29,6 +30,9 @@ from harvester.studies.optimum.pareto_front import FrontPoint, ParetoFront
 from harvester.studies.paper import FigurePoint, PaperFigure
 from harvester.studies.stability.exponent import Stability
 from harvester.studies.stability.region import Edge
+from harvester.studies.sweep.points import Axis
+from harvester.studies.sweep.rows import SweepRow
+from harvester.studies.sweep.sweep_table import SweepTable
 from harvester.studies.work_precision.cost_table import Cost, CostRow
 from harvester.uncertainty.value import Value
 from tests.support.paths import ROOT
@@ -196,6 +200,25 @@ def test_bad_input(harvester, tmp_path, monkeypatch, args, says):
     status, out, err = harvester(*args)
     assert (status, out) == (2, "")
     assert says in err
+
+
+@pytest.mark.parametrize("failures", [0, 1, 2])
+def test_each_failed_row_of_a_sweep_has_its_reason(failures):
+    """Also of one alone: the page promises reasons in its table."""
+    rows = [
+        SweepRow("averaged", mean_power=Value(2e-6, 1e-8), varied={"load.resistance": 1e6}),
+        *(
+            SweepRow("averaged", error=f"reason {k}", varied={"load.resistance": 1e3 * (k + 1.0)})
+            for k in range(failures)
+        ),
+    ]
+    axes = (Axis("load.resistance", tuple(row.varied["load.resistance"] for row in rows)),)
+    about = origin() | {"scene": {}, "engines": {"averaged": {}}}
+    swept = SweepTable(axes, tuple(rows), tuple(range(len(rows))), False, about)
+    page = checked(report.html(report.of_sweep(hv.load(PLATE), swept)))
+    points = page.text[page.text.index("Points") :]
+    assert all(f"reason {k}" in points for k in range(failures))
+    assert ("rows failed" in page.text) == bool(failures)
 
 
 @pytest.mark.slow

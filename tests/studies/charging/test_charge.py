@@ -11,6 +11,7 @@ import pytest
 
 import harvester as hv
 from harvester.equations.problem import Problem
+from harvester.presentation.diagnostic import has
 from tests.support.judge import fault
 from tests.support.paths import EXAMPLES
 
@@ -284,3 +285,19 @@ def test_a_resistance_has_no_store(harvester):
         2,
         True,
     )
+
+
+@pytest.mark.ngspice
+@pytest.mark.parametrize(("periods", "repeats"), [(0.7, False), (1.0, False), (1.001, True)])
+def test_a_record_repeats_in_a_longer_run_alone(tmp_path, periods, repeats):
+    """A run that lasts as long as the record sees each of its shocks once."""
+    t = np.arange(0.0, 4.0, 0.02)
+    a = 2.0 * np.sin(2.0 * np.pi * 3.2 * t) * np.sin(np.pi * t / 4.0) ** 2
+    record = tmp_path / "record.csv"
+    rows = "".join(f"{at:.4f},{value:.6f}\n" for at, value in zip(t, a, strict=True))
+    record.write_text(f"time (s),acceleration (m/s^2)\n{rows}")
+    scene = hv.load(BRIDGE).replace(excitation=hv.Excitation(acceleration_file=str(record)))
+    problem = Problem.of(scene)
+    period = problem.equations.record.period / problem.units.frequency
+    found = hv.charge(scene, "0.5 V", engine="spice", duration=periods * period)
+    assert has(found.warnings, "record_repeats") == repeats

@@ -51,6 +51,19 @@ def test_what_never_arrives_has_no_mean():
     assert "the step" in unsure.time_to(1).unknown
 
 
+def test_a_target_that_no_run_reaches_has_the_time_watched_without_an_error():
+    """Whatever they reach before: an error of 0 would state that the time is known."""
+    stated = passages([[1.0, math.inf], [3.0, math.inf]]).at_least()
+    assert (stated.value, stated.stderr, stated.bias) == (10.0, None, None)
+
+
+def test_a_target_that_coarser_runs_alone_reach_has_the_error_of_the_step():
+    """At a smaller step no run is there in time, so that the time depends on the step."""
+    never = [[1.0, math.inf], [3.0, math.inf]]
+    stated = passages(never, [[1.0, math.inf], [3.0, 9.0]]).at_least()
+    assert stated.value == pytest.approx(10.0) and stated.bias >= 0.5
+
+
 @pytest.mark.parametrize(("reached", "runs"), [(0, 16), (7, 16), (16, 16), (250, 256)])
 def test_interval_of_a_share(reached, runs):
     known = binomtest(reached, runs).proportion_ci(0.95, "exact")

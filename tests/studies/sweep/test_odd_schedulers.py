@@ -64,11 +64,25 @@ def test_another_program_at_the_port(monkeypatch, port, name):
     assert (ANOTHER in str(told.value)) == (name != "nothing")
 
 
+WHERE = {"host": "127.0.0.1", "protocol": "tcp://", "dashboard_address": None}
+
+
 def test_a_scheduler_is_found():
     distributed = pytest.importorskip("distributed")
-    where = {"host": "127.0.0.1", "protocol": "tcp://", "dashboard_address": None}
     with (
-        distributed.LocalCluster(1, processes=False, **where) as local,
+        distributed.LocalCluster(1, processes=False, **WHERE) as local,
         cluster.dask_client(local.scheduler_address) as client,
     ):
         assert client.submit(sum, [1, 2]).result() == 3
+
+
+def test_a_scheduler_without_workers_is_refused(monkeypatch):
+    """Its rows would wait for ever; the line names the command that starts a worker."""
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(cluster, "PATIENCE", 3.0)
+    with (
+        distributed.LocalCluster(n_workers=0, processes=False, **WHERE) as local,
+        pytest.raises(InputError, match=r"^`scheduler` must have workers, but .* dask worker tcp"),
+        cluster.dask_client(local.scheduler_address),
+    ):
+        pass

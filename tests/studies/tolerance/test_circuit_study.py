@@ -8,7 +8,7 @@ import pytest
 import harvester as hv
 from harvester.answers.estimate import Estimate
 from harvester.errors import SimulationError
-from harvester.machine.progress import NO_PROGRESS, NoProgress
+from harvester.machine.progress import NO_PROGRESS, CallingBack, NoProgress
 from harvester.presentation.diagnostic import has
 from harvester.studies.tolerance.circuit_study import CircuitStudy
 from harvester.studies.tolerance.device_limits import parse
@@ -40,6 +40,8 @@ class Formula:
     # of the judged runs: their power over the others, and how many know their error
     ratio: float = 1.1
     knows: int = 100
+    # of the runs that know no error: their standard error over their power
+    noise: float = 0.0
     calls: list = field(default_factory=list)
 
     NAME = "slow"
@@ -69,7 +71,7 @@ class Formula:
         known = self.judged and sum(self.calls) <= self.knows
         power *= self.ratio if known else 1.0
         parts = {"model": 0.01 * power} if known else {"unknown": "the model" * self.judged}
-        value = hv.Value(power, **parts)
+        value = hv.Value(power, None if known else self.noise * power or None, **parts)
         return Estimate(
             engine=self.NAME,
             physical=True,
@@ -226,6 +228,22 @@ def test_a_key_whose_end_has_no_answer_is_named():
         study(broken)
     with pytest.raises(SimulationError, match=r"at piezo\.capacitance of \d.*F, oscillator\.d"):
         linear_law(request(), broken, NO_PROGRESS)
+
+
+def test_noise_of_the_runs_adds_to_the_error_of_their_law():
+    """A slope or a curvature from noisy runs is less sure, whatever the scatter about it is."""
+    errors = [study(Formula(noise=noise))[0].off for noise in (0.0, 0.01, 0.02)]
+    assert errors[0] < errors[1] < errors[2]
+    assert errors[2] - errors[0] == pytest.approx(2.0 * (errors[1] - errors[0]), rel=0.1)
+
+
+def test_progress_of_a_first_order_grows_to_the_whole():
+    """Each device of the law moves the bar: minutes without a change look like a hang."""
+    told = []
+    progress = CallingBack(lambda done, _: told.append(done))
+    linear_law(request(), Formula(judged=False), progress)
+    assert told == sorted(told) and told[-1] == 1.0
+    assert np.diff([0.0, *told]).max() < 0.5
 
 
 def test_a_first_order_without_a_known_model_has_no_error():

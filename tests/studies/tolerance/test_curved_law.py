@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from harvester.studies.tolerance import curved_law
+from harvester.answers.estimate import Estimate
+from harvester.studies.tolerance import answer_levels, curved_law
+from harvester.uncertainty.value import Value
 
 ENDS = np.array([[1.0, 2.0], [0.5, 2.0], [1.7, 2.0], [1.0, 1.8], [1.0, 2.6]])
 DEVICES = np.random.default_rng(1).uniform([0.5, 1.8], [1.7, 2.6], (60, 2))
@@ -144,3 +146,27 @@ def test_noise_of_slopes_adds_in_quadrature():
     x = np.array([[-1.0, -1.0], [1.0, 1.0]])
     assert curved_law.noise(law, [3.0, 4.0], [0.0, 0.0], ends, x) == pytest.approx(2.5)
     assert curved_law.noise(law, [3.0, 4.0], [6.0, 0.0], ends, x) == pytest.approx(6.5)
+
+
+@pytest.mark.parametrize("known", [0, 1, 2])
+def test_the_error_of_a_curvature_is_that_of_its_three_answers(known):
+    """The ends count alike: an end twice in place of both would state another end's error, or none."""
+    ends = np.array([[1.0], [0.7], [1.2]])
+    errors = np.zeros(3)
+    errors[known] = 0.1
+    power = [Value(2.0 + k, float(error)) for k, error in enumerate(errors)]
+    answers = [Estimate("spice", True, each, each, {}, (), 0.0, 0) for each in power]
+    (stated,) = answer_levels.bend_errors(ends, answers, "mean_power")
+    step = 1e-3
+    moved = np.array([each.value for each in power])
+    laws = [
+        curved_law.through_ends(ends, moved + way * step * np.eye(3)[known]) for way in (-1.0, 1.0)
+    ]
+    away = np.array([[0.7], [1.0], [1.2]])
+    bends = [_bend(law(away)) for law in laws]
+    assert stated == pytest.approx(0.1 * abs(bends[1] - bends[0]) / (2.0 * step), rel=1e-6)
+
+
+def _bend(y):
+    """The second divided difference over 0.7, 1 and 1.2, of which a law's curvature is a multiple."""
+    return ((y[2] - y[1]) / 0.2 - (y[1] - y[0]) / 0.3) / 0.5
