@@ -19,6 +19,7 @@ from harvester.arrays import Floats, aligned
 from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
+from harvester.machine.threads import end_if_given_up
 from harvester.mechanics.ensemble.block_threads import each
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.loads import loaded
@@ -200,6 +201,7 @@ class Trajectories:
         if too many circuit steps fail, and LateError if those of a circuit of its own would pass
         the ``deadline`` (`time.perf_counter`).
         """
+        end_if_given_up()
         if duration > MOST_STEPS * self.h:
             most = f"be at most {MOST_STEPS:.0e} steps"
             raise invalid("`duration`", most, f"{duration / self.h:.3g} steps")

@@ -8,16 +8,14 @@ it.
 import math
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
 
 from harvester.engines.protocol import AnyScene
 from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError, names_arguments, unknown
 from harvester.machine import files
-from harvester.machine.cores import cores
 from harvester.machine.execution import DEFAULT, Execution, working_on
+from harvester.machine.threads import in_threads
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
@@ -227,9 +225,7 @@ def _nominal(
         except (CannotServeError, SimulationError) as error:
             return note("circuit_left_out", name, why=str(error))
 
-    contexts = [copy_context() for _ in names]
-    with ThreadPoolExecutor(cores()) as pool:
-        outcomes = pool.map(lambda context, name: context.run(given, name), contexts, names)
+    with in_threads(given, names) as outcomes:
         for k, (name, outcome) in enumerate(zip(names, outcomes, strict=True)):
             execution.progress.step(0.3 * k / len(names), name)
             if isinstance(outcome, Diagnostic):

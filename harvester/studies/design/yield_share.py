@@ -6,16 +6,14 @@ several keys `SAMPLES` devices are.
 """
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import HarvesterError
-from harvester.machine.cores import cores
 from harvester.machine.execution import Execution
 from harvester.machine.progress import ProgressCallback
+from harvester.machine.threads import in_threads
 from harvester.scene.scene import Scene
 from harvester.storage.bought_parts import CHIPS
 from harvester.storage.time_limit import TooLittleTimeError, check_time, working_seconds
@@ -57,13 +55,12 @@ def share_met(
     ]
     rows = []
     begin = working_seconds()
-    contexts = [copy_context() for _ in devices]
-    with ThreadPoolExecutor(cores()) as pool:
-        for row in pool.map(
-            lambda context, device: context.run(_given, candidate, device, needed, farads, seed),
-            contexts,
-            devices,
-        ):
+
+    def given_of(device: Scene) -> list[float]:
+        return _given(candidate, device, needed, farads, seed)
+
+    with in_threads(given_of, devices) as answers:
+        for row in answers:
             rows.append(row)
             progress(len(rows) / len(u))
             check_time(begin, len(rows) / len(u))
