@@ -20,6 +20,7 @@ SURE, ENOUGH = 3.0, 0.15  # seconds of reports, and fraction done, before their 
 QUICK = 10.0  # seconds after which what may spend a budget will not end at once
 EFFORT = "fewer --trajectories, a shorter --duration or a larger --within"  # of engines that sample
 AT_ONCE = 0.1  # fraction of the time to the first report, in which several processes make theirs
+MOST = 0.99  # of a bar that goes by the clock
 
 
 class Bar(tqdm):  # type: ignore[misc]
@@ -55,6 +56,7 @@ class Bar(tqdm):  # type: ignore[misc]
         self.last = (self.begun, 0.0)
         self.stride = 0.0  # the largest growth of the fraction between two reports
         self.seconds = budget  # left at the last report; None: not known
+        self.by_clock = False  # the fraction is that of the seconds that were expected
         self.others: Any = None  # what the rest of the program writes its errors on
         shape = FORMAT if known else UNKNOWN
         super().__init__(
@@ -78,6 +80,9 @@ class Bar(tqdm):  # type: ignore[misc]
         if self.ended.wait(self.delay):
             return
         while not self.ended.wait(REDRAWN):
+            if self.by_clock and self.seconds:
+                passed = time.monotonic() - self.last[0]
+                self.n = int(1000 * min(passed / max(self.seconds, passed), MOST))
             self.refresh()
             # tqdm wipes a bar at its end only if it knows of a drawing after the delay
             self.last_print_t = self._time()
@@ -124,6 +129,13 @@ class Bar(tqdm):  # type: ignore[misc]
         """The time left at the rate since the work began; None if none of it is done."""
         return (1.0 - fraction) * (now - self.since) / fraction if fraction > 0.0 else None
 
+    def expect(self, seconds: float) -> None:
+        """Measure by the clock from now on: a pilot states that the work needs about so many seconds."""
+        self.seconds = seconds
+        self.by_clock = True
+        self.bar_format = FORMAT
+        self._show(0.0, "")
+
     def announce(self, seconds: float, limit: str = "about") -> None:
         """Print one line on stderr, once, with the whole duration in seconds, if it is long, and the remedy."""
         if self.shorter and seconds > LONG:
@@ -144,6 +156,8 @@ class Bar(tqdm):  # type: ignore[misc]
 
     def _overdue(self, now: float) -> float:
         """The time left at the rate up to now, if the next report were about to come."""
+        if self.by_clock:
+            return 0.1 * (now - self.last[0])
         if self.budget is not None:
             return 0.0
         fraction = self.last[1] + min(self.stride, 0.5 * (1.0 - self.last[1]))
@@ -162,6 +176,8 @@ class Bar(tqdm):  # type: ignore[misc]
 
     def _is_sure(self) -> bool:
         """Whether enough was measured for the time of the whole."""
+        if self.by_clock:
+            return True
         if self.budget is not None:
             return self.last[0] - self.begun >= QUICK
         enough = 0.1 * self.enough if self.at_most else self.enough  # a limit may be a rough one

@@ -147,6 +147,17 @@ def test_notices_stand_above_the_bar(clock, monkeypatch):
     assert "compiling" in [line.strip() for line in re.split(r"[\r\n]+", screen.getvalue())]
 
 
+def test_a_pilot_says_how_long(clock):
+    with Bar("motion", Screen(), known=False) as bar:
+        assert "left" not in str(bar)
+        clock[0] += 3.0
+        bar.expect(20.0)
+        clock[0] += 5.0
+        assert "00:15 left" in str(bar)
+        clock[0] += 35.0
+        assert "00:04 left" in str(bar)  # late: a tenth of what has passed
+
+
 @pytest.mark.parametrize(
     ("seconds", "text"), [(44.6, "45 s"), (95.0, "1.6 min"), (1200.0, "20 min"), (7200.0, "2 h")]
 )
