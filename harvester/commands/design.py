@@ -6,7 +6,7 @@ import cloup
 
 from harvester.commands.options import json_option, keys_option, seed_option
 from harvester.commands.reports import report_option
-from harvester.commands.study import Output, study_command
+from harvester.commands.study import Output, page_of, study_command
 
 
 @study_command(
@@ -68,14 +68,13 @@ from harvester.commands.study import Output, study_command
 def design(output: Output, circuits: str | None, chips: str | None, **options: Any) -> None:
     """Choose the circuit, inductor or chip, and capacitor that meet a power requirement, and estimate the yield."""
     from harvester.machine.bars import Bar
-    from harvester.report.result import of_result
     from harvester.studies.design.decision import design as study
 
     options |= {"circuits": _names(circuits), "chips": _names(chips)}
     with Bar("design", shorter="" if options["budget"] else "--budget") as bar:
         answer = study(output.scene, execution=output.execution(bar), **options)
     files = ("design.toml", "design.csv", "design.png", "provenance.json")
-    output.show(answer, files, lambda _: of_result(answer.scene, "design", answer))
+    output.show(answer, files, lambda _: page_of(answer.scene, "design", answer))
 
 
 def _names(text: str | None) -> list[str] | None:

@@ -82,6 +82,7 @@ def identify(
     from harvester.devices.scene_file import check
     from harvester.identification import identified_scene as scene_file
     from harvester.identification.identify import identify as study
+    from harvester.machine.bars import Bar
     from harvester.machine.files import folder
     from harvester.presentation.diagnostic import note
     from harvester.scene.schema import NAME
@@ -100,7 +101,8 @@ def identify(
     page = report_file(report, None if path is None else str(path.parent))
     points = _points(stated, prior)
     fixed = pairs_of("--known", known, "be KEY=VALUE, such as mass='12 g'")
-    result = study(names, fixed, points, DEFAULT_CLASS if prior is None else prior)
+    with Bar("identify") as bar:
+        result = study(names, fixed, points, DEFAULT_CLASS if prior is None else prior, bar.tell)
     origins = [*(Path(name).name for name in names), *["a datasheet"][: len(points)]]
     title = "Identified from " + ", ".join(origins)
     echo_answer(result, as_json)

@@ -139,6 +139,13 @@ def study_command(
     return decorated
 
 
+def page_of(scene: "Scene", study: str, result: Any) -> "Page":
+    """The page of a result; its modules are loaded when there is one."""
+    from harvester.report.result import of_result
+
+    return of_result(scene, study, result)
+
+
 def study_commands() -> list[Command]:
     """The commands of the studies that the registry describes."""
     return [_command(study) for study in STUDIES if study.summary]
@@ -149,7 +156,6 @@ def _command(study: Study) -> Command:
 
     def compute(output: Output, **options: Any) -> None:
         from harvester.machine.bars import Bar
-        from harvester.report.result import of_result
 
         function = study.run()
         has_progress = "progress" in inspect.signature(function).parameters
@@ -157,7 +163,7 @@ def _command(study: Study) -> Command:
             result = function(
                 output.scene, **options, **({"progress": bar.tell} if has_progress else {})
             )
-        output.show(result, (), lambda _: of_result(output.scene, study.name, result))
+        output.show(result, (), lambda _: page_of(output.scene, study.name, result))
 
     compute.__doc__, compute.__name__ = study.summary, study.name
     options = [

@@ -34,6 +34,7 @@ from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.linear.record_doubts import join_beyond, join_change
+from harvester.machine.progress import listening, stage
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.target import Target, added_effort, best_factor
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
+BURN_IN = 0.35  # fraction of the time until the first means are known
 LONG_COMPILATION = 0.5  # seconds of compilation that are worth a word
 AT_ONCE = 0.5  # of the seconds that are left: other programs may begin to take theirs meanwhile
 
@@ -212,11 +214,11 @@ class Ensemble(MonteCarloOptions, Engine):
         problem = served(type(self), scene)
         self.check_times(problem.physical)
         exists = existence(problem)
-        setup = self._set_up(problem)
-        if progress is not None:
-            # here the clock begins: what compiling and the burn-in took says nothing of the rest
-            progress(0.0)
-        sampler = self._first_samples(setup, progress)
+        with listening(progress):
+            with stage(0.0, BURN_IN):
+                setup = self._set_up(problem)
+            with stage(BURN_IN, 1.0):
+                sampler = self._first_samples(setup, progress)
         searched = (
             self.SEARCHES
             and may_have_several(problem)

@@ -23,6 +23,7 @@ from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, SimulationError, UnboundedResponseError
+from harvester.machine.progress import listening
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
 from harvester.uncertainty.value import Value
@@ -117,7 +118,7 @@ class Slow(Request, Engine):
         known = existence(problem)
         begin = time.perf_counter()
         budget = number(self.budget)
-        with compilation():
+        with compilation(), listening(progress):
             if budget is not None:  # which does not include compilation
                 self.quick(problem)
                 compile_direct(problem, cut)

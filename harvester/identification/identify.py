@@ -1,8 +1,4 @@
-"""The parameters of a device from measurements of one or several kinds, fitted jointly, with 95 % intervals.
-
-If the data do not determine a parameter the answer reports it, with a measurement that would: an
-impedance alone gives theta^2/M.
-"""
+"""The parameters of a device, with 95 % intervals, by one fit of all its measurements."""
 
 import dataclasses
 import math
@@ -20,6 +16,8 @@ from harvester.identification.measurement import SHORT, Decay, Impedance, Measur
 from harvester.identification.profile_intervals import ProfileInterval, Profiles, hull
 from harvester.identification.read import read_files
 from harvester.identification.start import chosen, meets, second_starts, starts
+from harvester.machine.automatic import reporting
+from harvester.machine.progress import ProgressCallback, listening, report_share
 from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.scene.keys import full_key, key_kind, read_value
 from harvester.scene.plausibility import unusual
@@ -44,6 +42,7 @@ def identify(
     known: Mapping[str, float | str] | None = None,
     points: Mapping[str, str] | None = None,
     prior: str = DEFAULT_CLASS,
+    progress: ProgressCallback | bool | None = None,
 ) -> IdentificationResult:
     """Fit one mode with its piezo to measurements in CSV files and to the numbers of a datasheet.
 
@@ -63,6 +62,8 @@ def identify(
     prior : str, default "bulk"
         the class of the device, whose prior the damping has if neither files nor points determine
         it: "bulk", "composite", "film" or "polymer".
+    progress : callable or bool, optional
+        called with the fraction that is done.  Default: a bar, as of `hv.charge`; False: none.
 
     Returns
     -------
@@ -85,10 +86,9 @@ def identify(
     names = (files,) if isinstance(files, str) else tuple(str(path) for path in files)
     check_class(prior)
     fixed = known_values(known or {})
-    if not points:
-        return identified(read_files(names), fixed)
-    sheet = read_sheet(points, prior)
-    return identified(read_files(names) if names else (), fixed, sheet)
+    sheet = read_sheet(points, prior) if points else None
+    with reporting(progress, "identify") as report, listening(report):
+        return identified(read_files(names) if names or sheet is None else (), fixed, sheet)
 
 
 def known_values(known: Mapping[str, float | str]) -> dict[str, float]:
@@ -258,6 +258,7 @@ def _answer(
     profiles = Profiles(best)
     several = [profiles, *map(Profiles, rivals)]
     parameters, missing = [], []
+    report_share(0.4)  # by its time the fit is that part, and the intervals the rest
     for quantity in quantities.answered(set(best.names) | set(known)):
         interval = hull([profile.interval(quantity.of, quantity.above_0) for profile in several])
         if why := _why_open(quantity, interval, best, widest):

@@ -19,6 +19,7 @@ LONG = 30.0  # seconds: what will take more reports it
 SURE, ENOUGH = 3.0, 0.15  # seconds of reports, and fraction done, before their rate is reported
 QUICK = 10.0  # seconds after which what may spend a budget will not end at once
 EFFORT = "fewer --trajectories, a shorter --duration or a larger --within"  # of engines that sample
+AT_ONCE = 0.1  # fraction of the time to the first report, in which several processes make theirs
 MOST = 0.99  # of a bar that goes by the clock
 
 
@@ -51,7 +52,7 @@ class Bar(tqdm):  # type: ignore[misc]
         self.budget = budget
         self.enough = enough
         self.first: tuple[float, float] | None = None  # time and fraction of the first report
-        self.begun = time.monotonic()
+        self.begun = self.since = time.monotonic()
         self.last = (self.begun, 0.0)
         self.stride = 0.0  # the largest growth of the fraction between two reports
         self.seconds = budget  # left at the last report; None: not known
@@ -110,15 +111,23 @@ class Bar(tqdm):  # type: ignore[misc]
         """Show the fraction done and ``what`` is at work; the rest is assumed to be as fast."""
         now = time.monotonic()
         if self.first is None or fraction < self.last[1]:  # all began anew, at another step
+            self.since = self.begun if self.first is None else now
             self.first = (now, fraction)
-            self.seconds = None
+            self.seconds = self._since_begin(now, fraction)
             self.stride = 0.0
         elif fraction > self.first[1]:
-            self.seconds = (1.0 - fraction) * (now - self.first[0]) / (fraction - self.first[1])
+            if now - self.first[0] < AT_ONCE * (self.first[0] - self.since):
+                self.seconds = self._since_begin(now, fraction)
+            else:
+                self.seconds = (1.0 - fraction) * (now - self.first[0]) / (fraction - self.first[1])
             self.stride = max(self.stride, fraction - self.last[1])
         if self.budget is not None:
             self.seconds = (1.0 - fraction) * self.budget
         self._show(fraction, what)
+
+    def _since_begin(self, now: float, fraction: float) -> float | None:
+        """The time left at the rate since the work began; None if none of it is done."""
+        return (1.0 - fraction) * (now - self.since) / fraction if fraction > 0.0 else None
 
     def expect(self, seconds: float) -> None:
         """Measure by the clock from now on: a pilot states that the work needs about so many seconds."""

@@ -4,10 +4,14 @@ A study calls `Progress.start` when its work begins, `Progress.step` as it conti
 `Progress.close` at its end, also if that is an error.  Work is measured in one of two ways: by the
 fraction that is done, if nobody can count it, or in rows of one or several kinds, such as the
 points of each engine of a sweep.
+
+Work deep below a study reports by `report_share` to whom `listening` names, and a function whose
+parts last unequally long encloses each in a `stage`; neither is an argument of functions between.
 """
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
@@ -125,3 +129,49 @@ class PartOfProgress:
 
     def close(self) -> None:
         """Leave the whole open: it is for whoever began it to close."""
+
+
+_LISTENER: ContextVar[ProgressCallback | None] = ContextVar("listener", default=None)
+
+
+@contextmanager
+def listening(report: ProgressCallback | None) -> Iterator[None]:
+    """Let ``report`` hear the shares of all work within; None: the listener to the work around it."""
+    token = _LISTENER.set(report or _LISTENER.get())
+    try:
+        yield
+    finally:
+        _LISTENER.reset(token)
+
+
+def listener() -> ProgressCallback | None:
+    """Who hears the shares of this work, for threads of it; None if nobody does."""
+    return _LISTENER.get()
+
+
+def report_share(share: float) -> None:
+    """Report to the listener, if there is one, that this share of the work is done."""
+    report = _LISTENER.get()
+    if report is not None:
+        report(share)
+
+
+@contextmanager
+def stage(begin: float, end: float) -> Iterator[None]:
+    """Work that is from the share ``begin`` to the share ``end`` of that around it, by its time.
+
+    >>> told = []
+    >>> with listening(told.append), stage(0.0, 0.5):
+    ...     with stage(0.5, 1.0):
+    ...         report_share(0.5)
+    >>> told
+    [0.0, 0.25, 0.375, 0.5, 0.5]
+    """
+    report = _LISTENER.get()
+    if report is None:
+        yield
+        return
+    report(begin)
+    with listening(lambda share: report(begin + share * (end - begin))):
+        yield
+    report(end)

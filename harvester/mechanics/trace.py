@@ -86,7 +86,7 @@ def _trace(s, room, noise, shaking, h, stride, record, mu, update, c, load, goes
                 landed = half.t
                 count = _note(record.impacts, count, k * h, did)
                 lost += did.energy
-    return count, lost, s
+    return count, lost, s[:]
 
 
 @inlined

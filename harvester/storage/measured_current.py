@@ -19,6 +19,7 @@ from harvester.circuits.idealised import ideal_bridge, ideal_circuit
 from harvester.equations.bounds import growth_near
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
+from harvester.machine.progress import report_share, stage
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.step_size import step_from_rest
@@ -159,6 +160,7 @@ def measured_current(
             rung, largest = _soon_settled(held, volts, (unit, settles), rough, largest)
         rungs.append(rung)
         check_time(begin, len(rungs) / len(voltages))
+        report_share(len(rungs) / len(voltages))
     return table_of(np.asarray(voltages), rungs, eqs.is_steady, held.together)
 
 
@@ -293,7 +295,10 @@ def _under_a_drive(problem: Problem, volts: Floats, h: float) -> Currents:
         StoreOnPath(problem, rectifier.compiled(rectifier.held), rectifier.held, factor * h)
         for factor in (1.0, 2.0)
     ]
-    fine, coarse = (measured_current(path, eqs, volts) for path in paths)
+    with stage(0.0, 2.0 / 3.0):
+        fine = measured_current(paths[0], eqs, volts)
+    with stage(2.0 / 3.0, 1.0):
+        coarse = measured_current(paths[1], eqs, volts)
     steps = sum(path.steps for path in paths)
     peak = max(path.peak for path in paths) * problem.scales.length
     return Currents(fine.extrapolated(coarse), fine, steps, peak)

@@ -10,8 +10,6 @@ Long because windows, lanes and the table that they fill are of one design.
 """
 
 import math
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -20,7 +18,7 @@ from scipy.fft import next_fast_len
 
 from harvester.arrays import Floats
 from harvester.equations.problem import Problem
-from harvester.machine.cores import cores
+from harvester.machine.threads import in_threads
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.kernels.trajectory_batch import BATCH
@@ -114,11 +112,8 @@ def windows_of(
                 ]
             return (early + each) * grid.steps * BATCH
 
-        contexts = [copy_context() for _ in range(BATCHES)]
-        with ThreadPoolExecutor(cores()) as pool:
-            steps += sum(
-                pool.map(lambda k, batch=batch, of=contexts: of[k].run(batch, k), range(BATCHES))
-            )
+        with in_threads(batch, range(BATCHES)) as counts:
+            steps += sum(counts)
         check_time(begun, min((begin + parts * each) / grid.windows, 1.0))
     return moments[0], moments[1], steps
 

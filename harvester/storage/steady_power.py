@@ -20,6 +20,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.equations.problem import Problem
+from harvester.machine.progress import report_share, stage
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.checked_mean import (
     COARSEST,
@@ -45,6 +46,11 @@ from harvester.storage.rectifier_cut import Cut
 from harvester.storage.slow_circuit import TOLERANCE, SlowCircuit, SlowPath
 from harvester.uncertainty.value import Value
 
+# fractions of the time: until the rectifier's current is known, until the slow circuit runs, and
+# until its checks begin
+MEASURING = 0.35
+SETTLING = 0.5
+CHECKING = 0.7
 # time constants of the direct run; times that, where it takes the slow one's place
 DIRECT, LONGER = 150.0, 4.0
 PILOT = 100.0  # nondimensional time of a run that measures the pace
@@ -66,7 +72,8 @@ def steady_power(
     """
     if deadline is not None and time.perf_counter() + _least_seconds(problem) > deadline:
         return None
-    table, rough, measuring, _ = measured(problem)
+    with stage(0.0, MEASURING):
+        table, rough, measuring, _ = measured(problem)
     circuit = SlowCircuit(problem.load_circuit, cut, problem.scales)
     unit = time_constant(problem.equations) / problem.scales.frequency
     h = unit / FINER
@@ -84,6 +91,7 @@ def steady_power(
             return None
         h *= coarser
 
+    report_share(SETTLING)
     path, duration, changed = settled_path(circuit, table, h, unit, pace)
     judge, unknown = error_of_circuit(
         problem,
@@ -96,6 +104,7 @@ def steady_power(
         "judge": Check(table.scaled(1.0 - judge), "model"),
     }
     rougher = SlowCircuit(problem.load_circuit, cut, problem.scales, ROUGHER * TOLERANCE)
+    report_share(CHECKING)
     mean = CheckedMean(path, duration, rougher, table, checks, step=2.0 * h, stride=2)
     off = {name: _off(direct, path, mean.mean(name), name) for name in ("square", "piezo")}
     power, square = (

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from numba.core import event
 
 from harvester.errors import SimulationError, reading
+from harvester.machine.threads import end_if_given_up
 from harvester.presentation.diagnostic import refusal
 from harvester.quantities.units import seconds
 
@@ -101,7 +102,11 @@ def limited(limit: TimeLimit | None) -> Iterator[None]:
 
 
 def check_time(since: float | None = None, share: float = 1.0) -> None:
-    """`TimeLimit.check` by the limit of the work that calls this, if it has one; ``since`` is now by default."""
+    """`TimeLimit.check` by the limit of the work that calls this, if it has one; ``since`` is now by default.
+
+    In a thread whose caller waits no more it ends the work in any case.
+    """
+    end_if_given_up()
     limit = _LIMIT.get()
     if limit is not None:
         limit.check(working_seconds() if since is None else since, share)

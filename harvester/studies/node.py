@@ -26,6 +26,8 @@ from harvester.equations.power_bound import PowerBound, power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
 from harvester.errors import reading as checked
+from harvester.machine.automatic import reporting
+from harvester.machine.progress import ProgressCallback, listening, stage
 from harvester.mechanics.kernels.compiled import compilation
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation import drawing
@@ -59,6 +61,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+MEASURING = 0.75  # fraction of an attempt's time: until the current is known
 CHANGE, LITTLE = 0.1, 1e-3  # of a key, to see which helps; gains below are none
 _OF_STORE = ("capacitance", "leakage_resistance", "esr", "clamp_voltage", "diffusion_capacitance")
 STORE_KEYS = {key: key for key in _OF_STORE}
@@ -289,6 +292,7 @@ def node(
     stop: float | str | None = None,
     budget: float | str | None = None,
     seed: int = 0,
+    progress: ProgressCallback | bool | None = None,
 ) -> NodeResult:
     """Simulate a sensor node powered by the harvester.
 
@@ -312,6 +316,9 @@ def node(
     seed : int, default 0
         Random seed. With the same effort, the same seed gives the same answer; a budget's effort
         depends on the machine's speed.
+    progress : callable or bool, optional
+        Called with the fraction that is done.  By default a bar on a terminal or in a notebook, if
+        the study lasts longer than a second; False: none.
 
     Returns
     -------
@@ -352,7 +359,8 @@ def node(
     table = problem.scene.chip
     chip = None if table is None else chip_of(table, consumer.supply_voltage)
     limit = TimeLimit.of(budget)
-    outcome = _outcome(problem, Parts(storage, consumer, chip, outage), days, seed, limit)
+    with reporting(progress, "node") as report, listening(report):
+        outcome = _outcome(problem, Parts(storage, consumer, chip, outage), days, seed, limit)
     every = (
         *problem.value_warnings,
         *consumer.trace_notes,
@@ -425,7 +433,8 @@ def _attempt(problem: Problem, parts: Parts, days: float, effort: Effort) -> _Ou
     storage, consumer, chip, _ = parts
     wake = max(consumer.wake_voltage, chip.rise if chip else 0.0)
     unit = time_constant(problem.equations) / problem.scales.frequency
-    known = measure_current(problem, storage, chip, wake, effort)
+    with stage(0.0, MEASURING):
+        known = measure_current(problem, storage, chip, wake, effort)
     parts = parts._replace(chip=known.chip or chip)
     direct = _directly(problem, known, parts, days * DAY)
     noise = (

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harvester.equations.problem import Problem
+from harvester.machine.progress import stage
 from harvester.presentation.messages.unknown_parts import TIME_SCALES
 from harvester.scene.sensor_node import Storage
 from harvester.storage.bought_parts import Chip
@@ -19,6 +20,7 @@ from harvester.storage.supply import INPUT, input_without_load
 from harvester.storage.time_limit import deadline_of_limit
 
 # under noise, and the power by which they are closer at the bottom
+OF_TABLE = 0.6  # fraction of the current's time under noise: its table, without the checks
 VOLTAGES = 24
 CLOSER = 2.0
 FEWER = 12  # voltages of a rectifier without ideal elements
@@ -106,9 +108,10 @@ def _of_alike_shaking(
     if noise:
         count, runs = (VOLTAGES, RUNS) if Rectifier(problem).ideal else (FEWER, OF_ELEMENTS)
         runs = round(runs * effort.runs)
-        table, rough, steps, _ = measured(
-            problem, top, seed=seed, count=count, runs=runs, power=CLOSER
-        )
+        with stage(0.0, OF_TABLE):
+            table, rough, steps, _ = measured(
+                problem, top, seed=seed, count=count, runs=runs, power=CLOSER
+            )
     else:
         table, rough, steps, _ = measured(problem, top)
     last = float(table.voltages[-1])

@@ -22,6 +22,7 @@ from harvester.engines.slow import Slow
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, names_arguments
 from harvester.machine.automatic import reporting
+from harvester.machine.progress import listening, stage
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.presentation.result import TableResult
 from harvester.presentation.table import Column, Table
@@ -31,6 +32,7 @@ from harvester.uncertainty.value import Value
 
 DEFAULT_WITHIN = 1e-6  # the relative error of E[V^2] that is aimed at
 BY_FORMULA = 1e-5  # first relative change of a key whose power is a formula, far within a resonance
+OF_POWER = 0.15  # fraction of the time: the power itself
 JUDGED = 0.5  # fraction of a budget: for a circuit's power with its error
 WITHIN = 0.01  # relative power error of a compiled circuit that is sought
 
@@ -188,18 +190,24 @@ def _of_circuit(
 
     part = None if budget is None else JUDGED * budget
     is_sampled = False
-    if Slow.refusal(problem) is None:
-        answer = Slow(budget=part).run(problem)
-        quick: Engine = Slow(judged=False)
-    else:
-        answer = Compiled(within=WITHIN, budget=part).run(served(Compiled, problem))
-        quick = Compiled(judged=False)
-        is_sampled = not problem.equations.is_steady
+    quick: Engine
+    with listening(progress), stage(0.0, OF_POWER):
+        if Slow.refusal(problem) is None:
+            answer = Slow(budget=part).run(problem)
+            quick = Slow(judged=False)
+        else:
+            answer = Compiled(within=WITHIN, budget=part).run(served(Compiled, problem))
+            quick = Compiled(judged=False)
+            is_sampled = not problem.equations.is_steady
     deadline = math.inf
     if budget is not None:  # with the time that the power left of its part
         rest = max(budget - answer.seconds, (1.0 - JUDGED) * budget)
         deadline = time.monotonic() + rest
-    report = progress or _silent
+
+    def report(share: float) -> None:
+        if progress is not None:
+            progress(OF_POWER + (1.0 - OF_POWER) * share)
+
     if is_sampled:
         done = by_ensembles(problem, answer.mean_power, report, deadline)
     else:

@@ -49,6 +49,20 @@ def test_time_left_of_a_fraction(clock):
         assert bar.seconds == pytest.approx(180.0)
 
 
+def test_the_first_report_gives_the_time_left(clock):
+    """At the rate since the begin; two processes that report at once give none."""
+    with Bar("run", Screen()) as bar:
+        clock[0] = 8.0
+        bar.tell(0.125)
+        assert bar.seconds == pytest.approx(56.0)
+        clock[0] += 0.01
+        bar.tell(0.25)
+        assert bar.seconds == pytest.approx(24.0, rel=0.01)
+        clock[0] += 8.0
+        bar.tell(0.375)
+        assert bar.seconds == pytest.approx(20.0, rel=0.01)
+
+
 def test_there_is_time_left_before_the_end(clock):
     """Quick first reports and a slow rest, as of formulas and then ngspice: never "00:00 left" at 12 %."""
     with Bar("compare", Screen()) as bar:

@@ -182,3 +182,27 @@ def test_the_bar_of_a_study_has_its_name(study, options, monkeypatch):
     getattr(hv, study)(ROOT / "examples" / "plate.toml", **options)
     assert names == [study]
     assert automatic.AUTOMATIC.what == ""
+
+
+WAITED_FOR = {
+    "node": lambda told: hv.node("examples/bimorph_packets.toml", progress=told),
+    "extremes": lambda told: hv.extremes(
+        "examples/plate_with_stop.toml", lifetime="1 day", progress=told
+    ),
+    "identify": lambda told: hv.identify("examples/bench_impedance.csv", progress=told),
+    "charge": lambda told: hv.charge(
+        "examples/bimorph_board.toml", "3 V", engine="slow", progress=told
+    ),
+    "slow": lambda told: hv.Slow().run(hv.load("examples/bimorph_ltc3588.toml"), told),
+    "burn-in": lambda told: hv.Ensemble(trajectories=64).run("examples/plate.toml", told),
+}
+
+
+@pytest.mark.ngspice
+@pytest.mark.parametrize("name", WAITED_FOR)
+def test_work_reports_its_share_from_early_on(name):
+    """Several shares, the first of them small."""
+    told = []
+    WAITED_FOR[name](told.append)
+    assert 0.0 <= told[0] < 0.5 and told[-1] <= 1.0
+    assert name == "identify" or len(told) >= 3

@@ -25,6 +25,7 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import CircuitError, SimulationError, UnboundedResponseError, invalid
 from harvester.linear.record_doubts import density_doubts, record_doubts
 from harvester.machine.cores import cores
+from harvester.machine.progress import listener, stage
 from harvester.mechanics.ensemble.hopping import Hopping, hopping
 from harvester.mechanics.ensemble.trajectories import LateError, NotFiniteError, Trajectories
 from harvester.mechanics.kernels.moments import Moments, correlation_time
@@ -153,7 +154,8 @@ def _window(
     """Run a window of a ``length``, but no longer than `OVER` times the budget."""
     deadline = math.inf if budget is None else begin + OVER * max(budget, 1.0)
     try:
-        return trajectories.run(length, deadline=deadline)
+        with stage(trajectories.time / (trajectories.time + length), 1.0):
+            return trajectories.run(length, listener(), deadline)
     except LateError:
         check_cost(trajectories, length, budget, begin)
         raise

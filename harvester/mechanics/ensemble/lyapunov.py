@@ -12,7 +12,6 @@ size is that of (x, x').
 
 import math
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 
@@ -21,7 +20,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
-from harvester.machine.cores import cores
+from harvester.machine.threads import in_threads
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.equation_of_motion import drift, kick
@@ -208,8 +207,8 @@ def _run(
         logs[k], pushes[k] = 0.0, 0.0
         grow(batch, logs[k], pushes[k], after, draws=draws, coarse=coarse, h=step, c=c)
 
-    with ThreadPoolExecutor(cores()) as pool:
-        for done, _ in enumerate(pool.map(block, range(blocks)), 1):
+    with in_threads(block, range(blocks)) as ended:
+        for done, _ in enumerate(ended, 1):
             progress(done / blocks)
     if not np.isfinite(logs).all():
         raise SimulationError(

@@ -13,6 +13,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.equations.impact_order import STRONG, step_order
 from harvester.errors import CircuitError, UnboundedResponseError
+from harvester.machine.progress import listener, stage
 from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in, check_cost, check_pace
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.intervals import update_of
@@ -20,6 +21,8 @@ from harvester.mechanics.kernels.moments import Moments
 from harvester.uncertainty.richardson import extrapolated, step_bias
 from harvester.uncertainty.value import Value, mean_and_error
 
+SETTLING = 0.25  # fraction of a pair's time: its coarser trajectories burn in
+FINE = 0.67  # fraction of the rest: the trajectories at the step itself
 SETTLED = 0.3  # of a burn-in: what trajectories make from states that have settled at another step
 # of the bias that is taken off: what of it may be left, of the order above, up to a step of `SHORT`
 LEFT = 0.25
@@ -127,8 +130,10 @@ class RichardsonPair:
         # at the step h and at the longer ones, over the time of all
         self._moments_of_all: list[Moments] = []
         self._known: dict[tuple[str, str], Any] = {}  # what was fitted to the present moments
-        self._burn_in_coarser(settled_in)
-        self._extend(duration)
+        with stage(0.0, SETTLING):
+            self._burn_in_coarser(settled_in)
+        with stage(SETTLING, 1.0):
+            self._extend(duration)
 
     def _coarser_ones(self) -> list[Trajectories]:
         """Trajectories of twice the step, and of four times if two steps do not suffice."""
@@ -180,7 +185,8 @@ class RichardsonPair:
         clock = time.perf_counter()
         begin = self.trajectories.time
         self._known.clear()
-        now = self.trajectories.run(duration)
+        with stage(0.0, FINE if self._coarser else 1.0):
+            now = self.trajectories.run(duration, listener())
         duration = self.trajectories.time - begin
         self.duration += duration
         self._moments = (

@@ -19,6 +19,7 @@ from harvester.arrays import Floats, aligned
 from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError, UnboundedResponseError, invalid
+from harvester.machine.threads import end_if_given_up
 from harvester.mechanics.ensemble.block_threads import each
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.loads import loaded
@@ -45,7 +46,9 @@ MOST_STEPS = 1e10  # of one trajectory in one go
 PIECE = 4096
 WATCHED = 8  # the same, between two looks at a deadline: some 4 % of the time
 
-# called with the nondimensional time times trajectories that a block has done
+REPORTED = 0.1  # s from one report of the progress to the next
+
+# called with the share that is done
 Progress = Callable[[float], None]
 
 
@@ -200,6 +203,7 @@ class Trajectories:
         if too many circuit steps fail, and LateError if those of a circuit of its own would pass
         the ``deadline`` (`time.perf_counter`).
         """
+        end_if_given_up()
         if duration > MOST_STEPS * self.h:
             most = f"be at most {MOST_STEPS:.0e} steps"
             raise invalid("`duration`", most, f"{duration / self.h:.3g} steps")
@@ -217,6 +221,7 @@ class Trajectories:
         piece = max(1, steps // self.stride) if pair.is_dear else samples
         reached = np.zeros(self.blocks)
         given_up = threading.Event()
+        reported = [perf_counter()]
 
         def block(k: int) -> None:
             controls = None if noise is None else noise[k]
@@ -229,12 +234,13 @@ class Trajectories:
                 if not np.abs(self.state[k]).max() < pair.largest:
                     self.state[k] = math.nan
                 reached[k] = min(done + piece, samples)
+                if progress is not None and begun >= reported[0] + REPORTED:
+                    reported[0] = begun
+                    progress(float(reached.mean()) / samples)
                 if reached[k] < samples and 2.0 * perf_counter() - begun > deadline:
                     given_up.set()
                 if given_up.is_set() or math.isnan(self.state[k, 0, 0]):
                     break
-            if progress is not None:
-                progress(samples * time * BATCH)
 
         each(block, self.blocks, samples * self.stride, given_up)
         self.steps += round(reached.sum()) * self.stride * BATCH

@@ -181,7 +181,7 @@ class _Part(CPUDispatcher):
 def _alone(part: _Part) -> Any:
     """A part compiled to be called from Python."""
     return (
-        kernel(part.py_func)
+        _cached(part.py_func)
         if part.targetoptions["fastmath"]
         else njit(**COMPILER, **STRICT)(part.py_func)
     )
@@ -231,10 +231,39 @@ def version_of(question: Callable[..., Any], **kinds: type | None) -> Callable[[
     return registered
 
 
+class _Kernel(CPUDispatcher):
+    """A function compiled for calls from Python."""
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for arguments of these types; TypeError for a result with a NamedTuple.
+
+        Numba calls its class, which fails after ^C, and does not notice: the process crashes.
+        """
+        entry = super().compile(sig)
+        result = self.nopython_signatures[-1].return_type
+        if any(isinstance(part, numba.types.BaseNamedTuple) for part in _with_parts(result)):
+            raise TypeError(f"{self.py_func.__qualname__} must return plain tuples, not {result}")
+        return entry
+
+
+def _with_parts(kind: Any) -> Iterator[Any]:
+    """A type, and the types of the items of tuples at any depth."""
+    yield kind
+    for part in getattr(kind, "types", ()):
+        yield from _with_parts(part)
+
+
 def kernel(function: F) -> F:
-    """Compile a function called from Python: cached on disk, free of the interpreter's lock."""
+    """Compile a function called from Python, whose result has no NamedTuple, as `_cached`."""
+    made = _cached(function)
+    made.__class__ = _Kernel
+    return made  # type: ignore[no-any-return]
+
+
+def _cached(function: Callable[..., Any]) -> Any:
+    """Compile a function: cached on disk, free of the interpreter's lock."""
     with own_cache(function) as cached:
-        return njit(cache=cached, nogil=True, no_cfunc_wrapper=True, **COMPILER, **FLAGS)(function)  # type: ignore[no-any-return]
+        return njit(cache=cached, nogil=True, no_cfunc_wrapper=True, **COMPILER, **FLAGS)(function)
 
 
 def c_function(signature: Any, later: bool = False) -> Callable[[Callable[..., Any]], Any]:

@@ -16,6 +16,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
+from harvester.machine.progress import listening, report_share, stage
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.netlists.part import CircuitPart
 from harvester.netlists.probes import STORE, Probe
@@ -31,6 +32,8 @@ from harvester.studies.charging.afterwards import afterwards
 from harvester.studies.charging.passages import SAMPLES, ChargeRuns, Passages
 from harvester.uncertainty.value import half95
 
+MEASURING = 0.4  # fraction of the time under noise: until the currents are known
+JUDGING = 0.75  # until ngspice judges the circuit
 SLOW_FROM = 30.0  # time constants of the mass: a charge that takes less is not slow
 AT_REST = 200  # steps of a mass at rest, in which the board's own draw is measured
 MOST_BESIDE = 0.1  # charge of other capacitors per charge stored, unknown under noise
@@ -88,7 +91,7 @@ def charge_slowly(runs: ChargeRuns) -> Passages:
     begin = time.perf_counter()
     deadline = None if math.isinf(runs.budget) else begin + runs.budget
     limit = nullcontext() if math.isinf(runs.budget) else limited(TimeLimit(runs.budget))
-    with compilation(), limit:
+    with compilation(), limit, listening(runs.progress):
         _check_draw(problem, float(runs.levels[-1]), runs.h)
         if not is_plain_store(problem.load_circuit):
             fields = _behind_a_rectifier(runs, deadline)
@@ -238,7 +241,8 @@ def _random(runs: ChargeRuns, deadline: float | None) -> dict[str, Any]:
     ohm = compiled_circuit(circuit, scales).resistance
     is_packaged = ideal_circuit(circuit, scales) is not None
     beside = 0.0 if is_packaged else _charge_of_others(problem, farads, top)
-    table, _, steps, _ = measured(problem, top, runs.h, runs.seed)
+    with stage(0.0, MEASURING):
+        table, _, steps, _ = measured(problem, top, runs.h, runs.seed)
     table = replace(table, ring_up=0.0)  # a part of the delay
     mean = times_to(levels, table, farads, ohm)
     delay = charge_delay(problem, table, top, (farads, ohm), runs.seed, runs.h)
@@ -253,9 +257,9 @@ def _random(runs: ChargeRuns, deadline: float | None) -> dict[str, Any]:
         np.array([first_passages(t, v, levels) for v in paths]) for t, paths in paths_by_step
     )
     at = np.linspace(0.0, end, SAMPLES)
-    elements, _, more = noise_check(
-        problem, table, reached(table, top, farads, ohm), None, runs.seed
-    )
+    path = reached(table, top, farads, ohm)
+    elements, _, more = noise_check(problem, table, path, None, runs.seed)
+    report_share(JUDGING)
     judge, unknown = error_of_circuit(problem, top, runs.seed, deadline=deadline)
     sampling = error_of_times(levels, table, farads, ohm)
     if not np.isfinite(sampling).all():

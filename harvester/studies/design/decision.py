@@ -8,16 +8,15 @@ it.
 import math
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
 
 from harvester.engines.protocol import AnyScene
 from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError, names_arguments, unknown
 from harvester.machine import files
-from harvester.machine.cores import cores
 from harvester.machine.execution import DEFAULT, Execution, working_on
+from harvester.machine.progress import PartOfProgress, Progress, listening
+from harvester.machine.threads import in_threads
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.scene.plausibility import unusual_values
 from harvester.scene.scene import Scene
@@ -34,7 +33,7 @@ from harvester.studies.design.candidate import (
 )
 from harvester.studies.design.design_need import DesignNeed, read_need
 from harvester.studies.design.design_result import DesignCandidate, DesignResult
-from harvester.studies.design.yield_share import Outcomes, shares_met
+from harvester.studies.design.yield_share import NOMINAL, Outcomes, shares_met
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.tolerance.distribution import ShareInterval
 from harvester.studies.tolerance.spreads import spreads as read_spreads
@@ -117,7 +116,10 @@ def design(
     names = _names(circuits, chips, problem)
     farads = capacitor(capacitance(needed, device), device)
     with working_on("design", execution), limited(clock):
-        candidates, left_out = _nominal(device, names, needed, farads, seed, execution)
+        part = PartOfProgress(execution.progress, 0.0, NOMINAL if spreads else 1.0)
+        candidates, left_out = _nominal(
+            device, names, needed=needed, farads=farads, seed=seed, progress=part
+        )
         if circuits is None and chips is None:
             left_out += _chips_not_compared(names)
         meeting = {
@@ -215,23 +217,29 @@ def _nominal(
     needed: DesignNeed,
     farads: float,
     seed: int,
-    execution: Execution,
+    progress: Progress,
 ) -> tuple[dict[str, tuple[Candidate, Given]], list[Diagnostic]]:
     """The answer of each circuit for the scene itself, and those left out; InputError if none gives anything."""
     candidates = dict[str, tuple[Candidate, Given]]()
     left_out = list[Diagnostic]()
 
+    shares = dict.fromkeys(names, 0.0)  # done by each circuit
+
     def given(name: str) -> tuple[Candidate, Given] | Diagnostic:
+        def report(share: float) -> None:
+            shares[name] = max(shares[name], share)
+            progress.step(sum(shares.values()) / len(names), name)
+
         try:
-            return nominal(device, name, _need(needed, name), farads, seed)
+            with listening(report):
+                return nominal(device, name, _need(needed, name), farads, seed)
         except (CannotServeError, SimulationError) as error:
             return note("circuit_left_out", name, why=str(error))
+        finally:
+            report(1.0)
 
-    contexts = [copy_context() for _ in names]
-    with ThreadPoolExecutor(cores()) as pool:
-        outcomes = pool.map(lambda context, name: context.run(given, name), contexts, names)
-        for k, (name, outcome) in enumerate(zip(names, outcomes, strict=True)):
-            execution.progress.step(0.3 * k / len(names), name)
+    with in_threads(given, names) as outcomes:
+        for name, outcome in zip(names, outcomes, strict=True):
             if isinstance(outcome, Diagnostic):
                 left_out.append(outcome)
             else:

@@ -6,16 +6,14 @@ several keys `SAMPLES` devices are.
 """
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
 
 import numpy as np
 
 from harvester.arrays import Floats
 from harvester.errors import HarvesterError
-from harvester.machine.cores import cores
 from harvester.machine.execution import Execution
 from harvester.machine.progress import ProgressCallback
+from harvester.machine.threads import in_threads
 from harvester.scene.scene import Scene
 from harvester.storage.bought_parts import CHIPS
 from harvester.storage.time_limit import TooLittleTimeError, check_time, working_seconds
@@ -25,6 +23,7 @@ from harvester.studies.tolerance.design import sobol_points, values_at
 from harvester.studies.tolerance.distribution import ShareInterval, wilson
 from harvester.studies.tolerance.spreads import PartSpread
 
+NOMINAL = 0.3  # fraction of a design's time with a spread: the circuits on the device itself
 NODES = 13
 SAMPLES = 64
 FINE = 20_001
@@ -57,13 +56,12 @@ def share_met(
     ]
     rows = []
     begin = working_seconds()
-    contexts = [copy_context() for _ in devices]
-    with ThreadPoolExecutor(cores()) as pool:
-        for row in pool.map(
-            lambda context, device: context.run(_given, candidate, device, needed, farads, seed),
-            contexts,
-            devices,
-        ):
+
+    def given_of(device: Scene) -> list[float]:
+        return _given(candidate, device, needed, farads, seed)
+
+    with in_threads(given_of, devices) as answers:
+        for row in answers:
             rows.append(row)
             progress(len(rows) / len(u))
             check_time(begin, len(rows) / len(u))
@@ -98,7 +96,8 @@ def shares_met(
         candidate = meeting[name][0]
 
         def report_share(share: float, k: int = k, name: str = name) -> None:
-            execution.progress.step(0.3 + 0.7 * (k + share) / len(compared), name)
+            done = NOMINAL + (1.0 - NOMINAL) * (k + share) / len(compared)
+            execution.progress.step(done, name)
 
         try:
             share_of[name] = share_met(

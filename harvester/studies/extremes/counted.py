@@ -14,6 +14,7 @@ from harvester.arrays import Floats
 from harvester.equations.bounds import check_bounded
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
+from harvester.machine.progress import report_share
 from harvester.uncertainty.value import Value, mean_and_error
 
 SHORTEST, BLOCKS = 50, 2048  # a block's cycles at first, and how many blocks there are
@@ -79,6 +80,7 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
         peaks = (np.abs(values).reshape(n_blocks, -1).max(axis=1) for values in (path.x, path.V))
         parts.append((*peaks, speed, hits))
         left -= n_blocks
+        report_share(1.0 - max(left, 0) / (blocks + blocks // 4))
     x, voltage, speed, hits = (
         np.concatenate(column)[-blocks:] for column in zip(*parts, strict=True)
     )

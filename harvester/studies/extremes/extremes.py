@@ -8,6 +8,8 @@ from harvester.engines.protocol import AnyScene, served
 from harvester.equations.impact_order import accumulation
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments, reading, shown
+from harvester.machine.automatic import reporting
+from harvester.machine.progress import ProgressCallback, listening
 from harvester.presentation.diagnostic import Diagnostic, has, note, warning
 from harvester.presentation.plain import plain
 from harvester.presentation.result import TableResult
@@ -115,6 +117,7 @@ def extremes(
     seed: int = 0,
     counted: bool = False,
     passages: bool = False,
+    progress: ProgressCallback | bool | None = None,
 ) -> Extremes:
     """The largest displacement, voltage and impact speed that a scene under white noise has over a lifetime.
 
@@ -133,6 +136,10 @@ def extremes(
         extrapolate from a trajectory also if Rice's formula holds.
     passages : bool, default False
         by the rate of first passages of engine `Density`, without sampling: the displacement alone.
+
+    progress : callable or bool, optional
+        called with the fraction of the trajectory that is done.  By default a bar on a terminal or
+        in a notebook, if that lasts longer than a second; False: none.
 
     Returns
     -------
@@ -167,7 +174,8 @@ def extremes(
             name: {share: of_share[share][name] for share in SHARES} for name in of_share[SHARES[0]]
         }
         return Extremes(span, levels, None, problem.physical, (note("by_rice"),))
-    result = counted_levels(problem, span, seed)
+    with reporting(progress, "extremes") as report, listening(report):
+        result = counted_levels(problem, span, seed)
     path = result.path
     n_blocks = len(result.path.x)
     unit = " s" * problem.physical

@@ -48,7 +48,7 @@ def test_what_is_available_is_what_another_engine_finds(bridge):
 
 
 def test_its_progress_begins_once_and_ends():
-    told = []
+    told, shares = [], []
 
     class Told(NoProgress):
         def start(self, total=None, what="", done=0):
@@ -56,12 +56,14 @@ def test_its_progress_begins_once_and_ends():
 
         def step(self, done=1, what=""):
             told.append(what)
+            shares.append(done)
 
         def close(self):
             told.append("close")
 
     hv.design(SCENE, needs=NEEDS, circuits=["bridge"], execution=hv.Execution(progress=Told()))
-    assert told == ["start", "bridge", "close"]
+    assert [told[0], *set(told[1:-1]), told[-1]] == ["start", "bridge", "close"]
+    assert shares == sorted(shares) and shares[0] < 0.1 and shares[-1] == 1.0
 
 
 def deviation_of_yield(decision, watts, **settings):
