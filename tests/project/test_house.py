@@ -34,7 +34,7 @@ BOUNDS = [
     ("questions of which load or how many modes", 71, 60),
     ("one-importer modules", 87, 25),
     ("lines above 100 columns", 2605, 0),
-    ("thousands of tokens", 627, 445),
+    ("thousands of tokens", 628, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
