@@ -109,7 +109,7 @@ def powers_of_elements(circuit: CompiledCircuit, states: Floats) -> dict[str, Fl
         stamp(part, alone, parts)
         before = len(alone.switches)
         currents = [
-            (_value(function.tree, w, switched), function.rows) for function in alone.functions
+            (tree_values(function.tree, w, switched), function.rows) for function in alone.functions
         ]
         currents += [
             (_static(w[:, diode.input], diode.arguments), diode.rows) for diode in alone.diodes
@@ -134,7 +134,7 @@ def _static(v: Floats, arguments: tuple[float, ...]) -> Floats:
     return np.asarray(np.vectorize(interpreted(diode), otypes=4 * [float])(v, *arguments)[0])
 
 
-def _value(tree: Node, w: Floats, switches: Floats) -> Floats:
+def tree_values(tree: Node, w: Floats, switches: Floats) -> Floats:
     """The values of a tree at inputs, shape (n, inputs), and states of the switches."""
     if not tree.arguments:
         leaves = {"input": w, "state": switches}
@@ -143,5 +143,5 @@ def _value(tree: Node, w: Floats, switches: Floats) -> Floats:
             if tree.operation in leaves
             else np.full(len(w), tree.value)
         )
-    values = (_value(argument, w, switches) for argument in tree.arguments)
+    values = (tree_values(argument, w, switches) for argument in tree.arguments)
     return np.asarray(np.vectorize(partial(constant_of, tree.operation), otypes=[float])(*values))

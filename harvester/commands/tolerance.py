@@ -13,8 +13,7 @@ from harvester.commands.options import (
 )
 from harvester.commands.priors import prior_options, spreads_by_priors
 from harvester.commands.study import Output, output_options, study_command
-from harvester.errors import InputError, reading
-from harvester.quantities.units import seconds
+from harvester.errors import InputError
 
 if TYPE_CHECKING:
     from harvester.identification.stated_spreads import ScenesSpreads
@@ -119,8 +118,6 @@ def tolerance(
     from harvester.studies.sweep.cluster import client_of
     from harvester.studies.tolerance.tolerance import tolerance as study
 
-    if (budget := options.pop("budget")) is not None:
-        options["runs"] = _time_of_runs(options["runs"], budget)
     scene, spreads = spreads_by_priors(output.scene, varied, prior, known)
     stated = None if spreads else _stated(output.path, scene)
     if stated is not None and not options["correlate"]:
@@ -137,13 +134,6 @@ def tolerance(
         lambda report: report.of_tolerance(scene, answer, options["seed"]),
         text=None if stated is None else f"{answer}\n{stated}",
     )
-
-
-def _time_of_runs(runs: str | None, budget: str) -> str:
-    """The time of all runs; InputError if their number is given as well, or if it is not a time."""
-    if runs is not None:
-        raise InputError("`budget` must be left out if `runs` is given, but both are given")
-    return f"{reading('`budget`', seconds, budget)} s"
 
 
 def _stated(path: str, scene: "Scene") -> "ScenesSpreads":

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from numbers import Integral
+from numbers import Integral, Real
 from typing import ClassVar, Self, dataclass_transform
 
 from harvester.errors import InputError, invalid, names_arguments, reading
@@ -119,6 +119,8 @@ def _read_positive(options: Request, name: str, read: Callable[[str], float]) ->
     if isinstance(value, str):
         value = reading(f"`{name}`", read, value)
         object.__setattr__(options, name, value)
+    if value is not None and (isinstance(value, bool) or not isinstance(value, Real)):
+        raise invalid(f"`{name}`", "be a number or a text", value)
     if value is not None and not (value > 0.0 and math.isfinite(value)):
         raise invalid(f"`{name}`", "be above 0", value)
     return value

@@ -1,5 +1,6 @@
 """Engine `slow`: the mean power of a chip behind a rectifier, from the rectifier's mean current at a held voltage."""
 
+import math
 import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -26,6 +27,7 @@ from harvester.errors import CircuitError, SimulationError, UnboundedResponseErr
 from harvester.machine.progress import listening
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
 from harvester.presentation.engine_look import EngineLook
+from harvester.presentation.messages.unknown_parts import OWN_CLOCK
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
@@ -142,6 +144,9 @@ class Slow(Request, Engine):
         ]
         if not (together or solution.scales_apart):
             diagnostics.append(warning("scales_not_apart", separation=solution.separation))
+        if not solution.has_whole_cycles:
+            power = power.with_unknown(OWN_CLOCK)
+            diagnostics.append(warning("clock_not_covered", period=solution.clock))
         if solution.changed > SETTLED:
             diagnostics.append(
                 warning("slow_circuit_unsettled", seconds=solution.duration, share=solution.changed)
@@ -186,6 +191,8 @@ class Slow(Request, Engine):
         from harvester.mechanics.kernels.trajectory_batch import BATCH
 
         seconds = TOGETHER * solution.duration
+        if solution.clock:
+            seconds = math.ceil(seconds / solution.clock) * solution.clock
         left = None
         if deadline is not None:
             left = max(deadline - time.perf_counter(), 0.0)

@@ -54,15 +54,20 @@ class Node:
         return self.operation == "constant"
 
     @property
-    def leaves(self) -> set["Node"]:
-        """All leaves that are not constants."""
+    def nodes(self) -> set["Node"]:
+        """All nodes of the tree."""
         waiting = [self]
         nodes = {self}
         while waiting:
             new = set(waiting.pop().arguments) - nodes
             nodes |= new
             waiting += new
-        return {node for node in nodes if not node.arguments and not node.is_constant}
+        return nodes
+
+    @property
+    def leaves(self) -> set["Node"]:
+        """All leaves that are not constants."""
+        return {node for node in self.nodes if not node.arguments and not node.is_constant}
 
 
 def constant(value: float) -> Node:

@@ -28,6 +28,10 @@ LARGEST_SEPARATION = 0.05
 ROUGHER = 4.0  # times the tolerance of runs that are compared with each other, at longer steps
 OTHERS = 5  # slow runs for errors in addition to the first one, at twice its step
 COARSEST = 8.0  # most times the step in a short budget
+# periods of the circuit's slowest clock that a run has, four of them settled; part of a run, in
+# which its rate is read
+CYCLES, READ = 16.0 / 3.0, 1.0 / 32.0
+WHOLE = 0.98  # least fraction, as a rate has an error
 PILOT = 0.02  # part of a run by which its duration is predicted
 # names of numbers of the load and of the storage voltage
 ON, ON_AFTER = "load_on", "load_on_after"
@@ -42,7 +46,8 @@ class SlowPower:
     ``separation`` the difference of the direct run over ``direct`` seconds from the slow one, which
     is added to the mean already, unless ``scales_apart`` is False.  ``load`` is that of `of_load`.
     ``pace`` is the cost of mass and circuit together, s per simulated second of a trajectory (0:
-    not measured).
+    not measured).  ``clock`` is the longest period (s) among clocks in the circuit; the run may
+    lack `CYCLES` such periods (``has_whole_cycles`` False).
     """
 
     power: Value
@@ -57,6 +62,8 @@ class SlowPower:
     current: RectifiedCurrent
     load: dict[str, float]
     pace: float = 0.0
+    clock: float = 0.0
+    has_whole_cycles: bool = True
 
 
 @dataclass(frozen=True)
@@ -199,17 +206,34 @@ class CheckedMean:
         )
 
 
+class SettledPath(NamedTuple):
+    """A settled slow run with its ``duration`` (s) and the ``change`` (V^2) between its halves.
+
+    ``clock`` is the longest period (s) among clocks in the circuit, 0 without one.
+    """
+
+    path: SlowPath
+    duration: float
+    change: float
+    clock: float
+
+    @property
+    def has_whole_cycles(self) -> bool:
+        """Whether it lasts `CYCLES` periods of its clock, whose phase then matters little."""
+        return self.duration >= WHOLE * CYCLES * self.clock
+
+
 def settled_path(
     circuit: SlowCircuit,
     table: RectifiedCurrent,
     h: float,
     unit: float,
     pace: SlowPace | None = None,
-) -> tuple[SlowPath, float, float]:
-    """The slow circuit until its mean power changes no more, how long that is (s), and its last change (V^2).
+) -> SettledPath:
+    """The slow circuit until its mean power changes no more, over `CYCLES` periods of a clock.
 
     Steps are of ``h``, and the ``unit`` is the mass's time constant (s).  With a ``pace`` it ends
-    if twice the time would be too much.
+    if a longer run would be too much.
     """
     longest = MOST * unit / FINER
     duration = min(first_duration(circuit, table, unit), longest)
@@ -217,9 +241,14 @@ def settled_path(
         path = circuit.run(table, duration, h, stride=4)
         first, last = (mean_rate(path, "square", part) for part in halves(duration))
         settled = abs(first - last) <= SETTLED * last or 2.0 * duration > longest
-        if settled or (pace is not None and pace.coarser(2.0 * duration) * unit / FINER > h):
-            return path, duration, abs(first - last)
-        duration *= 2.0
+        clock = circuit.slowest_clock(table, path.end, READ * duration, h)
+        run = SettledPath(path, duration, abs(first - last), clock)
+        longer = duration if settled else 2.0 * duration
+        if not run.has_whole_cycles:
+            longer = min(max(longer, CYCLES * clock), longest)
+        if longer == duration or (pace is not None and pace.coarser(longer) * unit / FINER > h):
+            return run
+        duration = longer
 
 
 def of_load(path: SlowPath) -> dict[str, float]:

@@ -105,7 +105,8 @@ def noisy_power(
         if slow_pace.coarser(duration) > COARSEST:
             return None
     began = time.perf_counter()
-    path, duration, changed = settled_path(circuit, table, h, unit, slow_pace)
+    run = settled_path(circuit, table, h, unit, slow_pace)
+    path, duration, changed, clock = run
     each = EASIER * (time.perf_counter() - began) / duration
     seconds = share * DIRECT * unit
     if slow_pace is not None:
@@ -172,6 +173,8 @@ def noisy_power(
         steps=measuring + checking + direct + mean.steps + sum(run.steps for run in fluctuating),
         current=table,
         load=mean.load(max(off, abs(gain.value) + gain.sampling95), known=(ON,)),
+        clock=clock,
+        has_whole_cycles=run.has_whole_cycles,
     )
 
 

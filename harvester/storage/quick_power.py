@@ -4,10 +4,16 @@ import numpy as np
 
 from harvester.equations.problem import Problem
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, QUICK_UNDER_NOISE
+from harvester.presentation.messages.unknown_parts import (
+    COMPILED_CIRCUIT,
+    OWN_CLOCK,
+    QUICK_UNDER_NOISE,
+)
 from harvester.storage.checked_mean import (
+    CYCLES,
     FINER,
     MOST,
+    READ,
     first_duration,
     halves,
     mean_rate,
@@ -60,6 +66,8 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
         duration = min(2.0 * duration, longest)
     settled = settled_part(duration)
     unknown = QUICK_UNDER_NOISE if problem.equations.is_random else COMPILED_CIRCUIT
+    if duration < CYCLES * circuit.slowest_clock(table, path.end, READ * duration, slow):
+        unknown = f"{unknown} and {OWN_CLOCK}"
     power, square = (
         Value(mean_rate(path, name, settled), unknown=unknown) for name in ("square", "piezo")
     )

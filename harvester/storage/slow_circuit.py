@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.circuits.clocks import Clocks
 from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.circuits.fed_circuit import feed
 from harvester.circuits.substeps import ROOMS
@@ -41,6 +42,7 @@ SLICES, JUDGED = 32, 64  # of the time under noise; runs of a compiled circuit t
 EARLY, LATE = 0.5, 0.95  # of the voltage at the end of the direct run
 POINTS = 2048  # of the table that the kernel reads
 TOLERANCE = 3e-3  # of a charge's size: what the two orders of a step may differ by
+INTERVALS = 4  # in which a clock's rate is read
 SMALL = 50.0  # what is left between the rails of the piezo's capacitance: this part
 
 
@@ -76,6 +78,7 @@ class SlowCircuit:
             scales, coupling=scales.coupling / SMALL, capacitance=scales.capacitance / SMALL
         )
         self.circuit = CompiledCircuit(load, self.scales, cut.slow(), tolerance)
+        self.clocks = Clocks(self.circuit)
 
     def run(
         self,
@@ -134,6 +137,21 @@ class SlowCircuit:
             failed=int(failed),
             end=state,
         )
+
+    def slowest_clock(
+        self, current: RectifiedCurrent, since: Floats, duration: float, seconds: float
+    ) -> float:
+        """The longest period (s) of a clock, in a ``duration`` after a state; 0 without one.
+
+        Steps last ``seconds``.
+        """
+        if not self.clocks:
+            return 0.0
+        states = [since]
+        each = duration / INTERVALS
+        for _ in range(INTERVALS):
+            states.append(self.run(current, each, seconds, start=states[-1]).end)
+        return self.clocks.slowest(np.array(states), math.ceil(each / seconds - 1e-9) * seconds)
 
 
 class DirectCheck(NamedTuple):

@@ -24,10 +24,12 @@ from harvester.machine.progress import report_share, stage
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.storage.checked_mean import (
     COARSEST,
+    CYCLES,
     FINER,
     LARGEST_SEPARATION,
     MOST,
     ROUGHER,
+    WHOLE,
     Check,
     CheckedMean,
     Correction,
@@ -92,7 +94,9 @@ def steady_power(
         h *= coarser
 
     report_share(SETTLING)
-    path, duration, changed = settled_path(circuit, table, h, unit, pace)
+    run = settled_path(circuit, table, h, unit, pace)
+    path, duration, changed, clock = run
+    whole = run.has_whole_cycles
     judge, unknown = error_of_circuit(
         problem,
         float(path.rails.max()),
@@ -116,8 +120,10 @@ def steady_power(
 
     scales_apart = separation <= LARGEST_SEPARATION * power.value
     if not scales_apart:
-        longer = LONGER if pace is None else min(max(pace.left / (2.0 * took), 1.0), LONGER)
+        longer = max(LONGER, CYCLES * clock / direct.seconds)
+        longer = longer if pace is None else min(max(pace.left / (2.0 * took), 1.0), longer)
         direct, twice = (_direct(problem, longer * direct.seconds, factor) for factor in (1.0, 2.0))
+        whole = direct.seconds >= WHOLE * CYCLES * clock
         power, square = (
             _of_direct(direct, twice, name, max(judge, JUDGE)).with_unknown(unknown)
             for name in ("square", "piezo")
@@ -138,6 +144,8 @@ def steady_power(
         steps=steps,
         current=table,
         load=mean.load(separation / size) if scales_apart else of_load(path),
+        clock=clock,
+        has_whole_cycles=whole,
     )
 
 

@@ -27,8 +27,8 @@ from harvester.errors import SimulationError
 from harvester.mechanics.kernels.step_size import step_from_rest
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.presentation.diagnostic import has, warning
-from harvester.presentation.messages.unknown_parts import QUICK_UNDER_NOISE, RARE_MOTIONS
-from harvester.storage import noisy_power
+from harvester.presentation.messages.unknown_parts import OWN_CLOCK, QUICK_UNDER_NOISE, RARE_MOTIONS
+from harvester.storage import checked_mean, noisy_power
 from harvester.storage.checked_mean import SlowPower
 from tests.support.paths import EXAMPLES
 
@@ -128,6 +128,41 @@ def test_a_quick_answer_of_a_chip_that_tracks_is_within_five_per_cent():
     soon, whole = hv.Slow().quick(scene), hv.Slow().run(scene)
     assert soon.mean_power.value == pytest.approx(whole.mean_power.value, rel=0.05)
     assert soon.steps < 0.1 * whole.steps
+
+
+@pytest.mark.thorough("test_by_slow.py")
+def test_the_averages_cover_whole_cycles_of_a_chips_clock():
+    """Its first run has one sampling of the input, near its end; the direct run has two cycles."""
+    scene = hv.load(EXAMPLES / "bimorph_bq25570.toml").vary("oscillator.damping_ratio", 0.3)
+    scene = scene.vary("excitation.acceleration_amplitude", "1.2 g")
+    found = hv.run(scene, "slow")
+    known = found.details
+    problem = Problem.of(scene)
+    h = step_from_rest(problem.equations)
+    circuit = compiled_circuit(problem.load_circuit, problem.scales)
+    path = circuit.trace(
+        problem.equations, np.zeros(round(34.0 * problem.scales.frequency / h)), h, 1
+    )
+    t = h / problem.scales.frequency * np.arange(1.0, len(path.square) + 1.0)
+    cycle = (t > 1.5) & (t <= 33.5)
+    gained = np.ptp(path.square[cycle])
+    power = gained / 32.0 / circuit.resistance
+    assert abs(found.mean_power.value - power) < found.mean_power.error95 < 0.02 * power
+    store = path.voltages[cycle, 1]
+    assert abs(store.max() - known["store_highest"]) < known["error_of_store_highest"]
+    assert abs(store.min() - known["store_lowest"]) < known["error_of_store_lowest"]
+    assert known["duration"] > 64.0 and not found.warnings
+    assert store.max() > 3.5 and store[t[cycle] < 16.0].max() < 3.0  # the sampling makes it
+
+
+@pytest.mark.thorough("test_by_slow.py")
+def test_a_clock_too_slow_for_the_longest_run_is_named(monkeypatch):
+    monkeypatch.setattr(checked_mean, "MOST", 100.0 * checked_mean.FINER)
+    found = hv.run(EXAMPLES / "bimorph_bq25570.toml", "slow")
+    assert has(found.diagnostics, "clock_not_covered")
+    assert found.mean_power.error95 is None and OWN_CLOCK in found.mean_power.unknown
+    soon = hv.Slow().quick(hv.load(EXAMPLES / "bimorph_bq25570.toml"))
+    assert OWN_CLOCK in soon.mean_power.unknown
 
 
 @pytest.mark.thorough("test_by_slow.py")

@@ -109,6 +109,10 @@ MESSAGES = {
         f"mass and circuit together differ by {in_percent(separation)} of the mean power, which is counted as an error: the "
         "storage is not slow compared with the vibration, as a larger one would be"
     ),
+    "clock_not_covered": lambda period: (
+        f"the circuit repeats an action every {clock(period)}, and its averages cover fewer than "
+        "four such periods: give a longer budget, or compare with 'spice' over a longer duration"
+    ),
     "slow_circuit_unsettled": lambda seconds, share: (
         f"the mean power still changes by {in_percent(share)} after {clock(seconds)}"
     ),

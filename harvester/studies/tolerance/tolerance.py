@@ -1,10 +1,9 @@
 """The study of tolerances: many devices whose parts scatter, by the cheapest engine that is good enough for it."""
 
-import math
 import operator
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import TypedDict, Unpack
 
 from harvester.engines.options import Request, number
 from harvester.engines.protocol import AnyScene, Engine
@@ -13,7 +12,6 @@ from harvester.engines.selection import engine as engine_of
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, invalid, names_arguments
 from harvester.machine.execution import DEFAULT, Execution, working_on
-from harvester.quantities.units import seconds
 from harvester.studies.output_folder import OutputFolder, provenance
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance import samples as sampling
@@ -28,6 +26,13 @@ from harvester.studies.tolerance.tolerance_result import ToleranceResult
 SAMPLES = 10_000
 
 
+class ToleranceOptions(TypedDict, total=False):
+    """The options of `tolerance` that few studies need."""
+
+    budget: float | str | None
+    lifetime: float | str | None
+
+
 @names_arguments
 def tolerance(
     scene: AnyScene,
@@ -40,9 +45,9 @@ def tolerance(
     runs: int | str | None = None,
     checks: int | None = None,
     within: float | str | None = None,
-    lifetime: float | str | None = None,
     seed: int = 0,
     execution: Execution = DEFAULT,
+    **options: Unpack[ToleranceOptions],
 ) -> ToleranceResult:
     """How mean power and voltage scatter over devices whose parts have tolerances, and which tolerance matters.
 
@@ -69,17 +74,18 @@ def tolerance(
         by a formula, else 24 for each key and 24 more).  "first-order": the power is linear
         in each key, by the gradient of engine `Density`, and each key's ends and two more devices
         measure the remainder; for a netlist by the slopes of its cheapest engine, on common noise.
-        For a netlist also the time of all runs, such as "30s" (default: 60 s).
     checks, within : int or float or str, optional
         how many devices are computed again by a more accurate engine (default: 8, by ngspice 4; 0:
         none), and to which relative error.
-    lifetime : float or str, optional
-        seconds (nondimensional scene: 1/w0), or a text such as "5 years".
     seed : int, default 0
         the same seed, the same devices.
     execution : Execution, optional
         has the folder for tolerance.csv, tolerance.png, provenance.json and a folder for each
         sweep, and chooses the workers.
+    options : optional
+        ``budget``, seconds for a netlist or a text such as "30s": each part alone, then checks and
+        samples (default: 60 s); not with ``runs``, ``checks``, ``lifetime`` or ``resume``.  And
+        ``lifetime``, seconds (nondimensional scene: 1/w0) or a text such as "5 years".
 
     Returns
     -------
@@ -110,9 +116,10 @@ def tolerance(
     matrix = design.correlation(correlate, [part.key for part in spread])
     bounds = read_limits(limits, problem.physical)
     folder = OutputFolder.of(execution)
-    amount = _read_runs(runs)
-    _check_counts(samples, amount.count, checks)
-    linear = amount.first_order
+    linear = runs == FIRST_ORDER
+    runs = None if runs is None or linear else _count(runs)
+    _check_counts(samples, runs, checks)
+    lifetime = options.get("lifetime")
     if linear:
         _refuse_beside_first_order(checks, lifetime, execution.resume or None, bounds)
     years = lifetime_of(bounds, lifetime, problem)
@@ -121,7 +128,7 @@ def tolerance(
     else:
         chosen = engine_of(sampling.cheapest(problem)(seed=seed) if engine is None else engine)
     _check_served(chosen, problem)
-    target = number(Request(within=within).within)
+    effort = Request(within=within, budget=options.get("budget"))
     count = SAMPLES if samples is None else samples
     request = ToleranceRequest(
         scene=problem.scene,
@@ -130,14 +137,19 @@ def tolerance(
         limits=bounds,
         lifetime=years,
         samples=count,
-        runs=amount.count,
+        runs=runs,
         checks=checks,
-        within=target,
+        within=number(effort.within),
         seed=seed,
     )
-    budget = _budget(chosen, request, amount, execution)
+    budget = _budget(chosen, request, number(effort.budget), linear, execution.resume)
     with working_on("tolerance", execution):
-        computed = _compute(request, chosen, amount, execution, budget, by_default=engine is None)
+        if budget is not None:
+            fills = effort.budget is not None
+            law = CircuitStudy(request, execution, budget, draws=not linear, fills=fills)
+            computed = law.run(chosen)
+        else:
+            computed = _compute(request, chosen, execution, linear, by_default=engine is None)
         answer = ToleranceResult.of(request, computed, time.perf_counter() - begin)
     if folder is not None:
         correlations = None if matrix is None else matrix.tolist()
@@ -151,7 +163,7 @@ def tolerance(
             engine=answer.engine,
             **texts,
             correlate=correlations,
-            runs=FIRST_ORDER if amount.first_order else amount.count,
+            runs=FIRST_ORDER if linear else runs,
             budget=budget,
         )
         folder.save("tolerance", answer.table.csv(), answer.plot(problem.scene.name), about)
@@ -179,57 +191,25 @@ def _check_served(chosen: Engine, problem: Problem) -> None:
         raise InputError(reason)
 
 
-@dataclass(frozen=True)
-class _Runs:
-    """The argument ``runs``: a ``count``, the law of ``first_order``, or a ``budget`` (s)."""
-
-    count: int | None = None
-    first_order: bool = False
-    budget: float | None = None
-
-
-def _read_runs(runs: int | str | None) -> _Runs:
-    """The argument ``runs`` as it is meant; InputError for another text."""
-    if runs is None or runs == FIRST_ORDER:
-        return _Runs(first_order=runs == FIRST_ORDER)
-    wrong = invalid("`runs`", f"be a whole number, {FIRST_ORDER!r} or a time such as '60s'", runs)
-    if not isinstance(runs, str):
-        if isinstance(runs, bool) or not hasattr(runs, "__index__"):
-            raise wrong
-        return _Runs(count=operator.index(runs))
-    try:
-        return _Runs(count=int(runs))
-    except ValueError:
-        pass
-    try:
-        budget = seconds(runs)
-    except ValueError:
-        raise wrong from None
-    if not runs.strip()[-1:].isalpha():  # neither a number of runs nor a time with its unit
+def _count(runs: int | str) -> int:
+    """The number of ``runs``; InputError for another text."""
+    wrong = invalid("`runs`", f"be a whole number or {FIRST_ORDER!r}", runs)
+    if isinstance(runs, bool):
         raise wrong
-    if not 0.0 < budget < math.inf:
-        raise invalid("the time of `runs`", "be above 0", runs)
-    return _Runs(budget=budget)
+    try:
+        return int(runs) if isinstance(runs, str) else operator.index(runs)
+    except (TypeError, ValueError):
+        raise wrong from None
 
 
 def _compute(
-    request: ToleranceRequest,
-    chosen: Engine,
-    runs: _Runs,
-    execution: Execution,
-    budget: float | None,
-    by_default: bool,
+    request: ToleranceRequest, chosen: Engine, execution: Execution, linear: bool, by_default: bool
 ) -> ToleranceRuns:
-    """The runs of a study within a budget (s), of a linear law, or of a polynomial.
+    """The runs of a study by a ``linear`` law, or by a polynomial.
 
     An engine ``by_default`` is replaced by a more accurate one if its error is not small.
     """
-    if budget is not None:
-        study_of_law = CircuitStudy(
-            request, execution, budget, draws=not runs.first_order, fills=runs.budget is not None
-        )
-        return study_of_law.run(chosen)
-    if runs.first_order:
+    if linear:
         return linear_law(request, chosen, execution.progress)
     study = ToleranceStudy(request, OutputFolder.of(execution), execution)
     if not by_default:
@@ -241,32 +221,30 @@ def _compute(
 
 
 def _budget(
-    chosen: Engine, request: ToleranceRequest, runs: _Runs, execution: Execution
+    chosen: Engine, request: ToleranceRequest, budget: float | None, linear: bool, resume: bool
 ) -> float | None:
     """The budget (s) of a study of a netlist without counts, peaks and rows to resume; None of another.
 
-    Raises InputError for a budget of another study.
+    Raises InputError for a ``budget`` that is given to another study.
     """
     excluded = {
-        "runs": request.runs is not None,
+        "runs": request.runs is not None or (linear and budget is not None),
         "checks": request.checks is not None,
         "lifetime": request.lifetime is not None,
-        "resume": execution.resume,
+        "resume": resume,
     }
-    options = [name for name, is_present in excluded.items() if is_present]
+    others = [name for name, is_present in excluded.items() if is_present]
     is_circuit = is_study_of_circuit(chosen)
-    if runs.budget is not None and not is_circuit:
+    if budget is not None and not is_circuit:
         raise InputError(
-            f"`runs` must be a number or {FIRST_ORDER!r} by engine {chosen.NAME!r}, but is a time "
-            "(`budget`), which is for netlists by an engine such as 'slow'"
+            f"`budget` must be left out with engine {chosen.NAME!r}, but is given: it is for "
+            "netlists by an engine such as 'slow'; `runs` limits other studies"
         )
-    if runs.budget is not None and options:
-        raise InputError(
-            f"`{options[0]}` must be left out if `runs` is a time (`budget`), but is given"
-        )
-    if not is_circuit or options:
+    if budget is not None and others:
+        raise InputError(f"`{others[0]}` must be left out if `budget` is given, but is given")
+    if not is_circuit or others:
         return None
-    return BUDGET if runs.budget is None else runs.budget
+    return BUDGET if budget is None else budget
 
 
 def _check_counts(samples: int | None, runs: int | None, checks: int | None) -> None:

@@ -95,7 +95,7 @@ def test_a_driven_bridge_against_its_periodic_responses():
     """The compiled circuit under a harmonic excitation: devices of the law are within the stated
     error of their own responses."""
     scene = hv.load(ROOT / "examples" / "plate_harmonic.toml").with_load(PLATE.load)
-    found = hv.tolerance(scene, vary=VARY, engine="compiled", runs="30s", samples=512)
+    found = hv.tolerance(scene, vary=VARY, engine="compiled", budget="30s", samples=512)
     assert found.engine == "compiled" and found.off is not None and found.off < 0.05
     scenes = [
         scene.varied(dict(zip(VARY, map(float, row), strict=True))) for row in found.samples[:20]
@@ -127,15 +127,21 @@ def test_command_takes_a_budget_or_runs(harvester):
     """Not both, and a budget is a time."""
     words = ("tolerance", BOARD, "--vary", "load.parameters.R4=5%", "--budget")
     status, _, err = harvester(*words, "5s", "--runs", "20")
-    assert status == 2 and "--budget must be left out if --runs is given" in err
+    assert status == 2 and "--runs must be left out if --budget is given" in err
     status, _, err = harvester(*words, "soon")
     assert status == 2 and "--budget must be a time above 0" in err
 
 
-@pytest.mark.parametrize("runs", [float("inf"), [3], 2.5, True, "2.5", "inf", "", "0s"])
-def test_runs_are_a_whole_number_or_a_time(runs):
-    """Neither 2.5 nor a list is shortened to a number, and a time has a unit."""
-    with pytest.raises(hv.InputError, match=r"`runs` must be a whole number, 'first-order' or a"):
+@pytest.mark.parametrize("budget", ["soon", 0.0, -1.0, "0s", True, [3]])
+def test_a_budget_is_a_time(budget):
+    with pytest.raises(hv.InputError, match="`budget` must be "):
+        hv.tolerance(BOARD, vary=PARTS, budget=budget)
+
+
+@pytest.mark.parametrize("runs", [float("inf"), [3], 2.5, True, "2.5", "inf", "", "20s"])
+def test_runs_are_a_whole_number(runs):
+    """Neither 2.5 nor a list is shortened to a number, and a time is a `budget`."""
+    with pytest.raises(hv.InputError, match="`runs` must be a whole number or 'first-order', b"):
         hv.tolerance(PLATE, vary=VARY, runs=runs)
 
 
@@ -150,13 +156,14 @@ BY_FORMULA = ROOT / "examples" / "plate.toml"
 @pytest.mark.parametrize(
     ("scene", "options", "line"),
     [
-        (BOARD, {"runs": "20s", "checks": 4}, "`checks` must be left out if `runs` is a time"),
+        (BOARD, {"budget": 20, "checks": 4}, "`checks` must be left out if `budget` is given"),
         (
             SINUSOID,
             {"runs": "first-order", "limits": PEAK},
             "`limits` must have no peaks with `run",
         ),
-        (BY_FORMULA, {"runs": "20s"}, "`runs` must be a number .* by engine 'exact', but is a t"),
+        (BOARD, {"budget": "20s", "runs": "first-order"}, "`runs` must be left out if `budget` is"),
+        (BY_FORMULA, {"budget": "20s"}, "`budget` must be left out with engine 'exact', but is "),
     ],
 )
 def test_a_refusal_names_the_option_that_was_given(scene, options, line):
