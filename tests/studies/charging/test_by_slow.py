@@ -33,7 +33,7 @@ def test_a_large_store_takes_what_it_takes_in_ngspice():
 
 @pytest.mark.ngspice
 def test_two_modes_take_what_they_take_in_ngspice():
-    """A path of both modes charges the held capacitor, and goes on from both modes' coordinates."""
+    """The path that charges the held capacitor continues from the coordinates of both modes."""
     scene = hv.loads(TWO_MODES).with_load(netlist="bridge", parameters={"R": 1e6, "C": 2e-5})
     slow, direct = (hv.charge(scene, to="3 V", engine=name).time for name in ("slow", "spice"))
     assert abs(slow.value - direct.value) < slow.error95 + direct.error95
