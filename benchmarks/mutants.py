@@ -284,8 +284,8 @@ the-longest-step: test_steady.py -k phasor
 - values = [float(getattr(response, name)) for response in three]
 + values = 3 * [float(getattr(self.responses[0, tenths], name))]
 no-motion-comes-back: test_steady.py -k holds_its_response
-- return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < way
-+ return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < 0.0
+- return math.hypot(*(sections[-1] - there)) < way
++ return math.hypot(*(sections[-1] - there)) < 0.0
 target-without-bias: test_target.py -k variance
 - self.room * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
 + self.room * abs(value.value) - (value.model or 0.0)

@@ -36,9 +36,7 @@ from harvester.cosimulation.poincare_sections import (
 from harvester.cosimulation.probe_series import means_of_probes
 from harvester.cosimulation.runs import CoupledDevice, run_in_this_process
 from harvester.equations.bounds import linear_growth
-from harvester.equations.coefficients import check_one_mode
 from harvester.errors import CircuitError
-from harvester.mechanics.kernels.coefficients import State
 from harvester.mechanics.period_map import PeriodMap
 from harvester.mechanics.periodic import (
     ALIKE,
@@ -102,8 +100,6 @@ class NgspiceMap(PeriodMap):
         """
         device = self.device
         s = self.scales
-        check_one_mode(device.eqs)
-        voltage, stored = (section.nodes["p"], 0.0) if section.nodes else section.across
         shaking = self.shaking(round(self.phase * self.size), n_steps)
         drive = Drive(
             device.eqs,
@@ -112,7 +108,7 @@ class NgspiceMap(PeriodMap):
             noise=np.zeros(n_steps),
             h=device.h,
             stride=stride or n_steps,
-            start=(section.x, section.v, voltage / s.volts, stored / s.volts),
+            start=section.start(s.volts),
             free=not device.load.linear,
             since=(since - 0.5) * device.h,
             shaking=shaking,
@@ -130,9 +126,8 @@ class NgspiceMap(PeriodMap):
         (power, square, _) = self.means(drive)
         state = drive.state[0]
         self.known.append((float(power), float(square), float(state.end - state.begin)))
-        x, voltage, v = drive.samples[-1, [0, 1, 3]]
-        v = unkicked(State(x, v, voltage), self.h, drive.coefficients, float(shaking[-1]))
-        return CoupledState(float(x), v, drive.nodes), drive
+        middle = unkicked(device.eqs, drive.last, self.h, float(shaking[-1]))
+        return CoupledState.of_motion(middle[:-1], drive.nodes), drive
 
     def means(self, drive: Drive) -> Floats:
         """Power of Rload (W) and mean square voltage (V^2) in a run, and the mean of x^2 + x'^2 in its last period."""
@@ -149,13 +144,13 @@ class NgspiceMap(PeriodMap):
 
     @property
     def y(self) -> Floats:
-        """Displacement, velocity and the node voltages, in units of the voltage scale."""
+        """Coordinates, speeds and the node voltages, in units of the voltage scale."""
         return flat(self.section, self.scales.volts)
 
     @property
     def coordinates_and_speeds(self) -> int:
-        """The displacement and the velocity."""
-        return 2
+        """Those of all modes."""
+        return 2 + len(self.section.higher_modes)
 
     def turn(self, y: Floats, turns: int) -> tuple[Floats, Floats]:
         """As of `PeriodMap`, by a run of its own."""
@@ -165,7 +160,7 @@ class NgspiceMap(PeriodMap):
 
     @property
     def slow(self) -> Floats:
-        """Displacement, velocity, the piezo's voltage and last that of Csmooth.
+        """Coordinates, speeds, the piezo's voltage and last that of Csmooth.
 
         Between them a user's own circuit has the inductors' currents over w0 Cp, and the
         voltages of other capacitors.
@@ -180,36 +175,33 @@ class NgspiceMap(PeriodMap):
                 *dict.fromkeys(pair for pair in stores(load, s.capacitance) if pair not in both),
                 *pairs,
             ]
-        at = {name: 2 + k for k, name in enumerate(names)}
-        slow = [np.eye(1, 2 + len(names), k)[0] for k in (0, 1, at["p"])]
+        moving = self.coordinates_and_speeds
+        size = moving + len(names)
+        at = {name: moving + k for k, name in enumerate(names)}
+        slow = [np.eye(1, size, k)[0] for k in (*range(moving), at["p"])]
         for pair in pairs:
-            row = np.zeros(2 + len(names))
+            row = np.zeros(size)
             for node, sign in zip(pair, (1.0, -1.0), strict=False):
                 if node in at:
                     row[at[node]] += sign
             slow.append(row)
         if load.topology is None:
             coils = [k for name, k in at.items() if COIL.fullmatch(name)]
-            slow[3:3] = [
-                np.eye(1, 2 + len(names), k)[0] / (s.frequency * s.capacitance) for k in coils
+            slow[moving + 1 : moving + 1] = [
+                np.eye(1, size, k)[0] / (s.frequency * s.capacitance) for k in coils
             ]
         return np.array(slow)
 
     def unbroken(
         self, section: CoupledState, turns: int, times: int
     ) -> tuple[Floats, CoupledState, Drive]:
-        """The slow parts after each of ``times`` turns in one run, shape (times, 4), and its end.
+        """Coordinates and speeds after each of ``times`` turns in one run, (times, 2 n), and its end.
 
         The means of the excitation leave out the first turn.
         """
         size = turns * self.size
         end, drive = self.run(section, times * size, size, size, size)
-        x, v = drive.samples[:, 0], drive.samples[:, 3]
-        return (
-            np.column_stack([x, v, drive.samples[:, 1], drive.charge / self.scales.volts]),
-            end,
-            drive,
-        )
+        return drive.motion, end, drive
 
     def wander(self, periods: int) -> int:
         """As of `PeriodMap`."""
@@ -229,8 +221,9 @@ class NgspiceMap(PeriodMap):
             section_of(settled.state, self.names, scales.volts), turns, 1 + self.repeats
         )
         changed = [drive.nodes[name] - drive.nodes_earlier[name] for name in self.names]
-        residual = settled.slow[:, 2:] @ np.array(changed) / scales.volts
-        residual[:2] = sections[-1, :2] - sections[-2, :2]
+        moving = self.coordinates_and_speeds
+        residual = settled.slow[:, moving:] @ np.array(changed) / scales.volts
+        residual[:moving] = sections[-1] - sections[-2]
         rest = settled.remainder(residual)
         if rest.size > most:
             settled.state = flat(section, scales.volts)
@@ -265,7 +258,7 @@ class NgspiceMap(PeriodMap):
         # its velocity is that of half a step later, as below
         (there, *_), *_ = self.unbroken(begin, turns, 1)
         sections, *_ = self.unbroken(aside, turns, self.periods(TRIED, 4))
-        return math.hypot(sections[-1, 0] - there[0], sections[-1, 1] - there[1]) < way
+        return math.hypot(*(sections[-1] - there)) < way
 
 
 def periodic_response(
@@ -301,7 +294,7 @@ def _moves_to_a_quiet_phase(path: NgspiceMap, from_rest: bool) -> bool:
     path.section, drive = path.run(
         path.section, path.periods(FIRST if from_rest else 1) * path.size, stride=1
     )
-    quiet, away = quiet_kick(drive.samples[-path.size :, 3])
+    quiet, away = quiet_kick(drive.contact_speeds[-path.size :])
     if not from_rest and away >= QUIET * path.size:
         return False
     path.section, _ = path.run(path.section, quiet)

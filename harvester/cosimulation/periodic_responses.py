@@ -47,7 +47,10 @@ class Neighbour(ResponseStart):
             else {name: values.tolist() for name, values in vars(self.secants).items()}
         )
         numbers = {name: getattr(self, name) for name in ("phase", "turns", "farads", "quiet")}
-        return {"section": asdict(self.section), **numbers, "secants": ways}
+        section = asdict(self.section)
+        if not self.section.higher_modes:
+            del section["higher_modes"]
+        return {"section": section, **numbers, "secants": ways}
 
     @classmethod
     def from_json(cls, state: Mapping[str, Any]) -> Self:
@@ -56,9 +59,10 @@ class Neighbour(ResponseStart):
         x, v = (float(section[name]) for name in ("x", "v"))
         nodes = {str(name): float(volts) for name, volts in section["nodes"].items()}
         phase, farads, quiet = (float(state[name]) for name in ("phase", "farads", "quiet"))
+        higher = tuple(map(float, section.get("higher_modes", ())))
         turns = int(state["turns"])
-        check_numbers(turns, [x, v, phase, farads, quiet, *nodes.values()])
-        if not all(map(NODE.fullmatch, nodes)):
+        check_numbers(turns, [x, v, *higher, phase, farads, quiet, *nodes.values()])
+        if len(higher) % 2 or not all(map(NODE.fullmatch, nodes)):
             raise ValueError("no state of mass and circuit")
         ways = state["secants"]
         secants = None
@@ -66,7 +70,8 @@ class Neighbour(ResponseStart):
             secants = Secants(
                 **{name: np.array(values, dtype=float) for name, values in ways.items()}
             )
-        return cls(CoupledState(x, v, nodes), phase, turns, secants, farads, quiet)
+        section = CoupledState(x, v, nodes, higher_modes=higher)
+        return cls(section, phase, turns, secants, farads, quiet)
 
 
 @dataclass(frozen=True)

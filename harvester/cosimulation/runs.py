@@ -202,7 +202,7 @@ def _measure(
     n_steps, burn_in, blocks, with_control, deadline = averages
     noise = _noise(device, seed, n_steps)
     shaking = _shaking(device, seed, n_steps)
-    drive = new_drive(device, noise, burn_in, shaking, start)
+    drive = new_drive(device, noise, burn_in, shaking, start_of_mass(device, start))
     run_in_this_process(device, drive, deadline, _nodes_at(device, start))
 
     moments = from_path(device.eqs, drive.path(), burn_in, blocks)
@@ -238,6 +238,14 @@ def _new_parts(device: CoupledDevice, seed: np.random.SeedSequence, n_steps: int
     if device.eqs.coloured is None or device.coarse:
         return None
     return filtered(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
+
+
+def start_of_mass(device: CoupledDevice, start: Start) -> Start:
+    """A start for a `Drive`: that of several modes without the state of the compiled circuit."""
+    if device.compiled is None or len(start) <= 4:
+        return start
+    higher = start[4][len(device.compiled.rest) :]
+    return (*start[:4], higher) if higher.size else start
 
 
 def _nodes_at(device: CoupledDevice, start: Start) -> dict[str, float] | None:

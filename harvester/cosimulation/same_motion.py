@@ -14,6 +14,7 @@ from harvester.cosimulation.runs import (
     in_ngspice,
     new_drive,
     run_in_this_process,
+    start_of_mass,
 )
 from harvester.cosimulation.worker_pool import map_in_workers
 from harvester.mechanics.kernels.forcing import forcing
@@ -60,7 +61,8 @@ def _tolerance(
     """`tolerance_in_workers` of one seed, in this process."""
     noise = three_point_grid(seed, n_steps)
     shaking = forcing(device.eqs, device.h, n_steps, np.random.default_rng(child(seed, 1)))
-    first, second = (new_drive(device, noise, burn_in, shaking, start) for _ in range(2))
+    begin = start_of_mass(device, start)
+    first, second = (new_drive(device, noise, burn_in, shaking, begin) for _ in range(2))
     run_in_this_process(device, first, deadline)
     second.kicked[:] = first.kicked
     second.state["follows"] = 1
@@ -103,9 +105,7 @@ def same_motion_means(
     reference = circuit.trace(
         device.eqs, noise, h=device.h, stride=1, start=motion, state=state, shaking=shaking
     )
-    modal = start[4][len(state) :]
-    begin = (*start[:4], modal) if modal.size else start
-    drive = new_drive(device, noise, 0.0, shaking, begin)
+    drive = new_drive(device, noise, 0.0, shaking, start_of_mass(device, start))
     drive.kicked[:, 2] = reference.samples[:, 1]
     drive.state["follows"] = 1
     run_in_this_process(device, drive, deadline, in_ngspice(circuit.voltages(state)))

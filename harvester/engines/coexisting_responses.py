@@ -6,7 +6,7 @@ ideal elements.
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,10 +31,13 @@ def may_have_several(problem: Problem) -> bool:
 
 @dataclass(frozen=True)
 class SearchedResponse:
-    """A response, and one of its states, at the part ``phase`` of a period: x, x', V, and the voltage of Csmooth."""
+    """A response, and one of its states, at the part ``phase`` of a period.
+
+    The state is as of `harvester.mechanics.ensemble.loads.Loaded.start`.
+    """
 
     response: SteadyResponse
-    state: tuple[float, float, float, float]
+    state: tuple[Any, ...]
     phase: float
 
 
@@ -51,7 +54,7 @@ def steady_responses(
     from harvester.mechanics.ensemble.coexisting_responses import (
         attractors,
         from_many_starts,
-        sections,
+        section,
     )
 
     try:
@@ -63,18 +66,17 @@ def steady_responses(
     except SimulationError:
         return ()
     scale = model.factor * problem.units.watts
-    positions = sections(finer)
     candidates = []
     for attractor in fine:
         power = _power(attractor, rough, model.name).scaled(scale).with_unknown(unknown)
         members = attractor.members
         periods = attractor.turns or None
         middle = members[np.argsort(attractor.entries(model.name))[len(members) // 2]]
-        x, v, voltage, stored, phase = map(float, positions[:, middle])
+        state, phase = section(finer, int(middle))
         response = SteadyResponse(
             power, len(members) / finer.count, periods, attractor.chaotic, engine
         )
-        candidates.append(SearchedResponse(response, (x, v, voltage, stored), phase))
+        candidates.append(SearchedResponse(response, finer.loaded.start(state), phase))
     return tuple(candidates)
 
 

@@ -9,7 +9,7 @@ from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import Progress, estimate
 from harvester.engines.spice.estimates import missed, motion_details
 from harvester.engines.spice.steady import FINEST, ROUGHEST, SETTLED, WITHIN
-from harvester.engines.spice.steady_response import may_come_back, steps_in_period, to_be_found
+from harvester.engines.spice.steady_response import steps_in_period, to_be_found
 from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
@@ -61,8 +61,8 @@ def steady_answer(
     """The answer of a periodic response from rest, or ``near`` that of an excitation close by, and its place, or None.
 
     With ``judged``, ngspice continues from the response at the longest step to its own, and their
-    difference is the model error; with several modes its circuit follows that response.  Without a
-    budget it has `PATIENCE`, or `AGAIN` times the time of the response.
+    difference is the model error.  Without a budget it has `PATIENCE`, or `AGAIN` times the time of
+    the response.
     """
     from harvester.mechanics.kernels.compiled import compilation
 
@@ -84,12 +84,11 @@ def steady_answer(
         )
     last = periods.responses[-1]
     power = periods.value("power")
-    judge = "steady_difference" if may_come_back(problem) else "difference_along"
     details = {"step": last.path.h / problem.units.frequency, "response_periods": float(last.turns)}
     details |= motion_details(problem, periods.value, last)
     diagnostics = [
         note("comes_back", periods=last.turns, from_before=near is not None),
-        note(judge) if periods.differences else warning("compiled_circuit"),
+        note("steady_difference") if periods.differences else warning("compiled_circuit"),
         note("others_not_sought") if linear_growth(problem.equations) is None else None,
         None if within is None else missed(within, power),
         *record_doubts(problem.equations),
@@ -144,16 +143,7 @@ def _periods(
 def _differences(
     options: MonteCarloOptions, problem: Problem, response: "CircuitPeriod", deadline: float
 ) -> dict[str, float]:
-    """How far ngspice's response at the same step is from ``response``; empty if it gives none in time.
-
-    With several modes it is that on the motion of ``response``: a response is sought for one.
-    """
-    if not may_come_back(problem):
-        from harvester.engines.spice.difference import difference_along
-
-        quantities = {"load": "power", "V2": "square"}
-        differences = difference_along(problem, response, deadline)
-        return {quantities[name]: share for name, share in differences.items()}
+    """How far ngspice's response at the same step is from ``response``; empty if it gives none in time."""
     steady = to_be_found(options, problem, RELTOL_OF_JUDGE)
     steady.deadline = deadline
     try:
@@ -172,12 +162,10 @@ def _origin(problem: Problem, response: "CircuitPeriod") -> "Origin":
     from harvester.circuits.compiled_circuit import compiled_circuit
     from harvester.cosimulation.poincare_sections import CoupledState, Origin, unkicked
     from harvester.cosimulation.runs import in_ngspice
-    from harvester.mechanics.kernels.coefficients import State, coefficients
 
     path = response.path
     voltages = compiled_circuit(problem.load_circuit, problem.scales).voltages(response.state)
     assert path.shaking is not None, "the drive is steady"
-    x, after = map(float, response.coordinates)
-    kicked = State(x, after, float(path.samples[-1, 1]))
-    v = unkicked(kicked, path.h, coefficients(problem.equations), float(path.shaking[-1]))
-    return Origin(CoupledState(x, v, in_ngspice(voltages)), 0.0, response.turns)
+    middle = unkicked(problem.equations, path.last, path.h, float(path.shaking[-1]))
+    section = CoupledState.of_motion(middle[:-1], in_ngspice(voltages))
+    return Origin(section, 0.0, response.turns)

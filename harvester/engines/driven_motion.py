@@ -25,9 +25,8 @@ def driven_motion(problem: Problem, pair: "RichardsonPair") -> dict[str, float]:
     trajectory does not come to the mean of all trajectories: they have several responses, or none
     that comes back.
     """
-    from harvester.mechanics.ensemble.coexisting_responses import sections
+    from harvester.mechanics.ensemble.coexisting_responses import section
     from harvester.mechanics.kernels.forcing import forcing
-    from harvester.mechanics.kernels.trajectory_batch import BATCH
     from harvester.mechanics.largest_swing import peak
     from harvester.mechanics.periodic import MULTIPLES
 
@@ -38,10 +37,7 @@ def driven_motion(problem: Problem, pair: "RichardsonPair") -> dict[str, float]:
         return {}
     period = eqs.shaking_period or 1.0
     middle = int(np.argsort(pair.moments.V2)[trajectories.count // 2])
-    block, lane = divmod(middle, BATCH)
-    state = trajectories.state[block, :, lane]
-    # sections are half a step after the kick that made the state
-    phase = float(sections(trajectories)[-1, middle]) - 0.5 * trajectories.h / period
+    state, phase = section(trajectories, middle)
     size = round(period / trajectories.h)
     periods = math.ceil(pair.burn_in / period) + 2 * MULTIPLES
     if 4 * size * periods > MOST_STEPS:

@@ -6,7 +6,7 @@ from typing import ClassVar, Self, TypeAlias
 
 from harvester.answers.estimate import UNSETTLED, Estimate
 from harvester.arrays import Floats
-from harvester.equations.effects import LINEAR, SEVERAL_MODES, unknown_to
+from harvester.equations.effects import LINEAR, unknown_to
 from harvester.equations.power_bound import PowerBound, power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, HarvesterError, InputError, answer_or_error
@@ -138,12 +138,6 @@ def unknown_effects(
         if unknown
         else None
     )
-
-
-def needs_one_mode(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine of circuits, which has one mode, does not support a problem; None if the device has one."""
-    instead = "engine 'ensemble'" + ("" if problem.netlist is None else " with a load resistance")
-    return unknown_effects(problem, SEVERAL_MODES, f"engine {engine!r}", instead)
 
 
 def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:

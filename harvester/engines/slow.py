@@ -16,7 +16,6 @@ from harvester.engines.protocol import (
     estimate,
     needs_circuit,
     needs_compiled_circuit,
-    needs_one_mode,
     served,
 )
 from harvester.engines.spice.estimates import missed
@@ -93,9 +92,7 @@ class Slow(Request, Engine):
             is_plain_store,
         )
 
-        if (
-            without := needs_one_mode(problem, cls.NAME) or needs_circuit(problem, cls.NAME)
-        ) is not None:
+        if (without := needs_circuit(problem, cls.NAME)) is not None:
             return without
         if not _serves_shaking(problem.equations):
             return refusal("needs_drive_or_noise", cls.NAME, engine=cls.NAME)

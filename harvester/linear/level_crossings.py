@@ -19,7 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harvester.equations.coefficients import Equations, check_one_mode
+from harvester.arrays import Floats
+from harvester.equations.bounds import flow
+from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 from harvester.linear.transfer import gains, white
 
@@ -68,12 +70,11 @@ class GaussianPeaks:
 def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
     """The peaks of x and of V of linear equations under white noise N1 alone, nondimensional.
 
-    From the moments of `harvester.linear.transfer.white` and V' = x' - mu V, hence E[V'^2] =
-    E[x'^2] - mu^2 E[V^2].
+    From the moments of `harvester.linear.transfer.white` and V' = q' - mu V, hence E[V'^2] =
+    E[q'^2] - mu^2 E[V^2]; the charge q is x of one mode.
 
-    Raises SimulationError if no stationary response exists, CannotServeError for several modes.
+    Raises SimulationError if no stationary response exists.
     """
-    check_one_mode(eqs)
     moments = white(eqs)
     n1 = eqs.n1 or 0.0
     mu = eqs.mu or 0.0
@@ -81,7 +82,7 @@ def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
         raise SimulationError(
             "there is no stationary response: give a damping and white noise of the base"
         )
-    voltage_speed2 = max(moments.speed2 - mu * mu * moments.v2, 0.0)
+    voltage_speed2 = max(moments.charge_speed2 - mu * mu * moments.v2, 0.0)
     shapes = _bandwidths(eqs)
     pairs = ((moments.x2, moments.speed2), (moments.v2, voltage_speed2))
     return tuple(  # type: ignore[return-value]
@@ -91,20 +92,27 @@ def peaks(eqs: Equations) -> tuple[GaussianPeaks, GaussianPeaks]:
 
 
 def _bandwidths(eqs: Equations) -> list[float]:
-    """Vanmarcke's q of x and V: sums over frequencies that are close if the resonance is sharp."""
-    beta = eqs.beta or 0.0
-    mu = eqs.mu or 0.0
-    c = -(eqs.c1 or 0.0)
-    w0 = math.sqrt(1.0 + beta / (1.0 + mu * mu))
-    width = max(c + beta * mu / (w0 * w0 + mu * mu), 1e-9)
-    # w = w0 + width sinh(u): a step of du is short against the resonance's width, and long far
-    # away.
-    ends = -math.asinh(w0 / width), math.asinh(_WIDEST * w0 / width)
-    u = np.linspace(*ends, _FREQUENCIES)
-    w = w0 + width * np.sinh(u)
-    dw = width * np.cosh(u)
+    """Vanmarcke's q of x and V: sums over frequencies that are close around each resonance."""
+    w = _frequencies(eqs)
     bandwidths = []
     for density in gains(eqs, w):
-        l0, l1, l2 = (float(np.trapezoid(density * w**power * dw, u)) for power in (0, 1, 2))
+        l0, l1, l2 = (float(np.trapezoid(density * w**power, w)) for power in (0, 1, 2))
         bandwidths.append(math.sqrt(max(1.0 - l1 * l1 / (l0 * l2), 0.0)))
     return bandwidths
+
+
+def _frequencies(eqs: Equations) -> Floats:
+    """The frequencies of all resonances together, in order.
+
+    About an eigenvalue of the frequency w0 and the width D they are w0 + D sinh(u): a step of u is
+    short against the width, and long far away.
+    """
+    values = np.linalg.eigvals(flow(eqs))
+    highest = _WIDEST * float(np.abs(values).max())
+    grids = []
+    for value in values[values.imag >= 0.0]:
+        w0 = float(value.imag)
+        width = max(-2.0 * float(value.real), 1e-9)
+        u = np.linspace(-math.asinh(w0 / width), math.asinh(highest / width), _FREQUENCIES)
+        grids.append(w0 + width * np.sinh(u))
+    return np.unique(np.maximum(np.concatenate(grids), 0.0))

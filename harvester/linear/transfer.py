@@ -30,8 +30,9 @@ AT_ONCE = 1 << 16  # frequencies, of several modes
 
 
 class WhiteResponse(NamedTuple):
-    """E[x^2], E[x'^2] and E[V^2] under white noise of intensity 1, and how much sharper rounding is in the response.
+    """E[x^2], E[x'^2], E[V^2] and E[q'^2] under white noise of intensity 1, and how much sharper rounding is in them.
 
+    ``charge_speed2`` is that of the charge q = s.y, which is x of one mode (`equations.modes`);
     ``sharpness`` is the frequency over the loss, w/(c + C), about Q; infinite if nothing dissipates
     energy.
     """
@@ -39,6 +40,7 @@ class WhiteResponse(NamedTuple):
     x2: float
     speed2: float
     v2: float
+    charge_speed2: float
     sharpness: float
 
 
@@ -62,10 +64,11 @@ def _white(modes: SingleMode | Modes, eqs: Equations) -> WhiteResponse:
     mu = eqs.mu or 0.0
     loss = c * (1.0 + beta + mu * mu + c * mu) + beta * mu
     if not loss > 0.0:
-        return WhiteResponse(math.inf, math.inf, math.inf, math.inf)
+        return WhiteResponse(math.inf, math.inf, math.inf, math.inf, math.inf)
     x2 = 1.0 + mu * mu + c * mu
     sharpness = math.sqrt(1.0 + beta) * (x2 + 2.0 * abs(c) * mu + beta) / loss
-    return WhiteResponse(x2 / loss, (x2 + beta) / loss, 1.0 / loss, sharpness)
+    speed2 = (x2 + beta) / loss
+    return WhiteResponse(x2 / loss, speed2, 1.0 / loss, speed2, sharpness)
 
 
 def amplitudes(
@@ -125,15 +128,14 @@ def _white_of_modes(modes: Modes, eqs: Equations) -> WhiteResponse:
     s = np.array(modes.coupling)
     losses = -values.real
     if not losses.min() > 1e-14 * np.abs(values).max():
-        return WhiteResponse(math.inf, math.inf, math.inf, math.inf)
+        return WhiteResponse(math.inf, math.inf, math.inf, math.inf, math.inf)
     covariance = stationary(eqs, modes)
     e = modes.direction
     v2 = covariance[-1, -1] if eqs.mu is not None else s @ covariance[:n, :n] @ s
     moved = e @ covariance[:n, :n] @ e
-    speed = e @ covariance[n : 2 * n, n : 2 * n] @ e
-    return WhiteResponse(
-        float(moved), float(speed), float(v2), float((0.5 * np.abs(values) / losses).max())
-    )
+    speeds = covariance[n : 2 * n, n : 2 * n]
+    sharpness = (0.5 * np.abs(values) / losses).max()
+    return WhiteResponse(*map(float, (moved, e @ speeds @ e, v2, s @ speeds @ s, sharpness)))
 
 
 @_amplitudes.register(Modes)

@@ -11,7 +11,7 @@ import numpy as np
 from harvester.arrays import Floats, aligned
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.kernels.coefficients import State, coefficients
-from harvester.mechanics.kernels.compiled import inlined, kernel
+from harvester.mechanics.kernels.compiled import inlined, interpreted, kernel
 from harvester.mechanics.kernels.driver import (
     IdealLoad,
     aside,
@@ -21,6 +21,7 @@ from harvester.mechanics.kernels.driver import (
     noted,
     read,
 )
+from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit, Store
 from harvester.mechanics.kernels.intervals import EXACT, Update, drifts, update_of
@@ -34,6 +35,7 @@ from harvester.mechanics.kernels.path import (
 from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_batch import ModalMotion
 from harvester.mechanics.modes.modal_driver import ModalIdealLoad
+from harvester.mechanics.modes.modal_step import kick_modes
 
 SLACK = 1e-9  # of the place on a stop, or of 1: several modes may be so far behind it, by rounding
 
@@ -125,6 +127,12 @@ class OneMode:
         """The state for the kernel, and room for another."""
         return State(*map(float, start)), None
 
+    def kicked(self, state: Floats, h: float, a: float | None) -> Floats:
+        """A state after a kick of length h without noise; interpreted: not worth a compilation."""
+        x, v, voltage = state.tolist()
+        after = interpreted(kick)(State(x, v, voltage), 0.0, h, self.coefficients, a)
+        return np.array([x, after, voltage])
+
     def charge(self, start: Floats) -> float:
         """The charge that the circuit sees, over theta l."""
         return float(start[0])
@@ -171,6 +179,12 @@ class SeveralModes:
         z[:, 0] = start
         return z.reshape(-1), np.empty(z.size)
 
+    def kicked(self, state: Floats, h: float, a: float | None) -> Floats:
+        """A state after a kick of length h without noise; interpreted: not worth a compilation."""
+        z, _ = self.begin(state)
+        interpreted(kick_modes)(0, z, 0.0, h, self.coefficients, a)
+        return np.asarray(z[::BATCH])
+
     def charge(self, start: Floats) -> float:
         """The charge that the circuit sees, over theta l."""
         return float(np.dot(self.modes.coupling, start[: self.modes.count]))
@@ -204,6 +218,8 @@ def follow(
     Raises InputError for a start behind a stop, and random excitation without ``shaking``.
     """
     mechanics = mechanics_of(eqs)
+    if len(start) != at_rest(eqs).size:  # the kernel would read and write beyond it
+        raise ValueError(f"a start has {at_rest(eqs).size} numbers, not {len(start)}")
     meets = mechanics.contact(start)
     slack = mechanics.slack * max(1.0, abs(meets))
     check_start(eqs.rigid_stops, meets + slack, meets - slack)

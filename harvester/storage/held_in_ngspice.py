@@ -25,6 +25,7 @@ from harvester.errors import CircuitError, ConvergenceError, MissingProgramError
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.noise import child, three_point_grid
 from harvester.mechanics.kernels.step_size import step_from_rest, whole_steps
+from harvester.mechanics.trace import at_rest
 from harvester.netlists.for_ngspice import RELTOL_OF_JUDGE, SHUNTS
 from harvester.netlists.load_circuit import LoadCircuit, with_parts
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
@@ -94,7 +95,7 @@ def current_difference(
     left = PATIENCE if deadline is None else min(deadline - time.perf_counter(), PATIENCE)
     if left <= 0.0:
         return None
-    if eqs.modes is not None or (eqs.record is not None and piece is None):
+    if eqs.record is not None and piece is None:
         return None
     load = held_load(problem.load_circuit, HELD * scales.capacitance)
     h = whole_steps(step_from_rest(eqs), eqs.shaking_period) if piece is None else piece.h
@@ -150,6 +151,7 @@ def _gains(
     piece: Piece | None,
 ) -> tuple[float, float]:
     """The voltages (V) that a held storage capacitor gains in ngspice and in the compiled circuit, in this process."""
+    from harvester.cosimulation.poincare_sections import CoupledState
     from harvester.cosimulation.runs import in_ngspice, new_drive, run_in_this_process
 
     eqs = device.eqs
@@ -180,21 +182,15 @@ def _gains(
     at = circuit.charge_at(STORE)
     state[at] = held = HELD * device.scales.capacitance * volts
     before = circuit.trace(
-        eqs,
-        noise[:first],
-        h=h,
-        stride=1,
-        start=(eqs.resting_places[0], 0.0),
-        state=state,
-        shaking=early,
+        eqs, noise[:first], h=h, stride=1, start=at_rest(eqs)[:-1], state=state, shaking=early
     )
     state = before.state
     state[at] = held
-    x, v, voltage = map(float, before.last)
-    start = x, v, voltage, volts / device.scales.volts, state
-    path = circuit.trace(
-        eqs, noise[first:], h=h, stride=1, start=start[:2], state=state, shaking=late
-    )
+    motion = before.last[:-1]
+    path = circuit.trace(eqs, noise[first:], h=h, stride=1, start=motion, state=state, shaking=late)
+    scale = device.scales.volts
+    section = CoupledState.of_motion(motion, across=(scale * float(before.last[-1]), volts))
+    start = section.start(scale)
     for shunt in SHUNTS:
         drive = new_drive(device, noise[first:], 0.0, late, start)
         if eqs.is_random and eqs.has_stop:
@@ -202,7 +198,7 @@ def _gains(
             drive.state["follows"] = 1
         try:
             shunted = dataclasses.replace(device, shunt=shunt)
-            run_in_this_process(shunted, drive, deadline, in_ngspice(circuit.voltages(start[4])))
+            run_in_this_process(shunted, drive, deadline, in_ngspice(circuit.voltages(state)))
             break
         except ConvergenceError:
             if shunt == SHUNTS[-1]:

@@ -21,6 +21,7 @@ from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import whole_steps
 from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, MASS_ROWS, Schedule
+from harvester.mechanics.trace import at_rest
 from harvester.storage.rectifier_cut import STORE
 from harvester.storage.time_limit import check_time
 from harvester.uncertainty.paired_difference import enough_entries
@@ -130,7 +131,7 @@ class StoreOnPath(HeldStores):
         self._moved = 0  # steps of h
         self._rng = rng
         self._state = circuit.rest
-        self._mass: Floats = np.array([self.eqs.resting_places[0], 0.0])
+        self._mass = at_rest(self.eqs)[:-1]
 
     @property
     def stored(self) -> Floats:

@@ -7,31 +7,36 @@ import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.equations.problem import Problem
 from harvester.linear.level_crossings import GaussianPeaks, peaks
 from harvester.mechanics.kernels.noise import gaussian_grid
 from harvester.mechanics.trace import trace
 from tests.support import systems
 
 EQS = systems.linear(0.5, 1.0, 0.1)
+TWO = Problem(systems.BEAM).equations  # of two modes
 # kicks of a block, which is 1200/w0
 STEP = 0.02
 BLOCK = 60_000
 COUNT = 60
 
 
-@pytest.fixture(scope="module")
-def path():
-    """x and V of blocks of a long path, each of shape (COUNT, BLOCK)."""
-    found = trace(EQS, gaussian_grid(np.random.SeedSequence(3), (COUNT + 1) * BLOCK), STEP)
-    return tuple(one[BLOCK:].reshape(COUNT, BLOCK) for one in (found.x, found.V))
+@pytest.fixture(scope="module", params=[EQS, TWO], ids=["one", "two"])
+def path(request):
+    """The peaks of x and V, and their values in blocks of a long path, each of shape (COUNT, BLOCK)."""
+    found = trace(
+        request.param, gaussian_grid(np.random.SeedSequence(3), (COUNT + 1) * BLOCK), STEP
+    )
+    blocks = (values[BLOCK:].reshape(COUNT, BLOCK) for values in (found.x, found.V))
+    return list(zip(peaks(request.param), blocks, strict=True))
 
 
 @pytest.mark.parametrize("which", [0, 1])
 @pytest.mark.parametrize("level", [0.5, 1.5, 2.5])
 def test_passages_of_a_level(path, which, level):
     """Upward passages of |x| and |V| in each block; a wrong moment or factor of two is far beyond |z| of 4."""
-    one = peaks(EQS)[which]
-    y = np.abs(path[which])
+    one, values = path[which]
+    y = np.abs(values)
     above = y > level * one.deviation
     counts = (above[:, 1:] & ~above[:, :-1]).sum(axis=1)
     expected = one.rice(level * one.deviation) * BLOCK * STEP
@@ -42,8 +47,8 @@ def test_passages_of_a_level(path, which, level):
 @pytest.mark.parametrize("which", [0, 1])
 def test_largest_in_a_time(path, which):
     """Half of the blocks stay below the level with the clumps; the bound is above it, and most stay below that."""
-    one = peaks(EQS)[which]
-    largest = np.abs(path[which]).max(axis=1)
+    one, values = path[which]
+    largest = np.abs(values).max(axis=1)
     time = BLOCK * STEP
     share = (largest < one.largest(0.5, time)).mean()
     assert abs(share - 0.5) < 4.0 * 0.5 / math.sqrt(COUNT)

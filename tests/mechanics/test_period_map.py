@@ -89,6 +89,14 @@ SECANTS = Secants(np.eye(2, 3), np.ones((2, 2)), np.array([[0.1, 1.0 / 3.0], [2.
         CircuitStart(np.array([0.1, 0.2, 1.0 / 3.0, -2e-7]), np.array([1.0 / 7.0, 3.0]), 2),
         Neighbour(CoupledState(0.1, 1.0 / 3.0, {"p": 0.7}), 0.25, 3, SECANTS, 1e-6, 0.4),
         Neighbour(CoupledState(0.1, 1.0 / 3.0, {"p": 0.7}), 0.25, 3, None, 1e-6, 0.4),
+        Neighbour(
+            CoupledState(0.1, 1.0 / 3.0, {"p": 0.7}, higher_modes=(0.2, -1e-7)),
+            0.25,
+            3,
+            None,
+            1e-6,
+            0.4,
+        ),
     ],
 )
 def test_a_start_from_its_numbers_is_the_same(start):
@@ -103,6 +111,7 @@ def test_a_start_from_its_numbers_is_the_same(start):
         {"turns": 9},
         {"phase": math.nan},
         {"section": {"x": 0, "v": 0, "nodes": {"a b": 1}}},
+        {"section": {"x": 0, "v": 0, "nodes": {}, "higher_modes": [1.0]}},
     ],
 )
 def test_what_is_no_start(wrong):

@@ -7,7 +7,6 @@ import pytest
 import harvester as hv
 from tests.support.systems import BEAM, SECOND, THIRD
 
-DRIVEN = BEAM.replace(excitation=hv.Excitation(acceleration_amplitude="1 m/s^2", frequency="50 Hz"))
 THREE = BEAM.replace(mode=(SECOND, THIRD))
 
 
@@ -76,20 +75,8 @@ MAGNIFIER = hv.Magnifier(mass="20 g", stiffness="1 N/mm", restitution=0.5)
             "excitation.stiffness_noise must be left out next to [[mode]], but both are given",
         ),
         (
-            lambda: hv.run(BEAM.with_load(netlist="bridge"), "slow"),
-            "engine 'slow' cannot model further modes: use engine",
-        ),
-        (
-            lambda: hv.response(DRIVEN.with_load(netlist="bridge"), "40Hz:60Hz:3", engine="spice"),
-            "this study cannot model further modes: use engine 'ensemble', which",
-        ),
-        (
             lambda: hv.run(BEAM, "density"),
             "engine 'density' cannot model further modes: use engine 'ensemble'",
-        ),
-        (
-            lambda: hv.extremes(BEAM, lifetime="1 h"),
-            "this study cannot model further modes: use engine 'ensemble', which",
         ),
     ],
 )

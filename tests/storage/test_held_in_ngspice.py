@@ -19,17 +19,28 @@ from harvester.storage.measured_current import JUDGE, JUDGE_OF_RECTIFIERS, measu
 from tests.support.bursts import on_record
 from tests.support.own_board import noisy_node, without_node
 from tests.support.paths import EXAMPLES
+from tests.support.systems import SECOND
 
 DRIVE = hv.Excitation(frequency=46.0, acceleration_amplitude="0.25 g")
 STOP = hv.Stop(gap=2e-4, restitution=0.7)
 
 
 @pytest.mark.ngspice
-@pytest.mark.parametrize("excitation, stop", [(DRIVE, None), (None, None), (None, STOP)])
-def test_the_boards_diodes_give_what_they_do_in_ngspice(excitation, stop):
+@pytest.mark.parametrize(
+    "excitation, stop, mode",
+    [
+        (DRIVE, None, ()),
+        (None, None, ()),
+        (None, STOP, ()),
+        (DRIVE, None, (SECOND,)),
+        (None, None, (SECOND,)),
+    ],
+)
+def test_the_boards_diodes_give_what_they_do_in_ngspice(excitation, stop, mode):
     """At half and 0.9 of 3 V, to less than the assumption about the package's own netlists, and not
     to the last digit."""
-    problem = Problem.of(noisy_node(unlike=True, excitation=excitation, stop=stop))
+    scene = noisy_node(unlike=True, excitation=excitation, stop=stop).replace(mode=mode)
+    problem = Problem.of(scene)
     assert 1e-6 < current_difference(problem, 3.0) < JUDGE
 
 

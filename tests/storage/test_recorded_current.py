@@ -11,6 +11,7 @@ from harvester.equations.problem import Problem
 from harvester.storage.measured_current import Rectifier, measured
 from harvester.storage.recorded_current import grid_of, recorded, windows_of
 from tests.support.bursts import SCENE, bursts, on_record, packets_directly, tone, truck
+from tests.support.systems import SECOND
 
 
 def table_of(scene, farads=470e-6):
@@ -19,12 +20,15 @@ def table_of(scene, farads=470e-6):
 
 
 @pytest.mark.slow
-def test_a_recorded_tone_gives_the_current_of_the_drive(tmp_path):
+@pytest.mark.parametrize("mode", [(), (SECOND,)], ids=["one mode", "two modes"])
+def test_a_recorded_tone_gives_the_current_of_the_drive(tmp_path, mode):
     """The windows after the ring-up have I(V) of the excitation, which another code measures with other elements."""
     t = np.arange(0.0, 12.0, 0.002)
-    found, _ = table_of(on_record(tmp_path, t, 1.5 * np.sin(2 * math.pi * 46.0 * t)))
+    shaken = on_record(tmp_path, t, 1.5 * np.sin(2 * math.pi * 46.0 * t))
+    found, _ = table_of(dataclasses.replace(shaken, mode=mode))
     drive = hv.Excitation(acceleration_amplitude=1.5, frequency=46.0)
-    driven = Problem.of(dataclasses.replace(SCENE, excitation=drive, storage=None, node=None))
+    scene = dataclasses.replace(SCENE, excitation=drive, storage=None, node=None, mode=mode)
+    driven = Problem.of(scene)
     expected = measured(driven, 5.0).best.at(found.best.voltages)
     assert np.abs(found.best.current[3:-2] / expected - 1.0).max() < 0.005
     assert found.separation < 0.02

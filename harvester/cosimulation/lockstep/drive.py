@@ -124,9 +124,11 @@ class Drive:
         self.impacts = room_for_impacts(eqs, len(self.noise))
         start = (eqs.resting_places[0], 0.0, 0.0, 0.0) if start is None else start
         self.modes = None
+        self.coordinates = None
         self.coefficients: Any = mechanics_of(replace(eqs, mu=None)).coefficients
         if eqs.modes is not None:
             self.modes = np.zeros((3, (2 * eqs.modes.count + 1) * BATCH))
+            self.coordinates = np.zeros((count, 2, eqs.modes.count))
             self.modes[0, ::BATCH] = y = mechanics_of(eqs).started(start)
             # as the circuit sees it
             start = (float(np.dot(eqs.modes.coupling, y[: eqs.modes.count])), *start[1:4])
@@ -180,7 +182,34 @@ class Drive:
             charge=self.charge,
             kicked=self.kicked,
             modes=self.modes,
+            coordinates=self.coordinates,
         )
+
+    @property
+    def last(self) -> Floats:
+        """The state just after the last kick of the finished run: coordinates, speeds and V.
+
+        One mode has those of its last sample, which is of that kick.
+        """
+        if self.modes is None:
+            return np.asarray(self.samples[-1, [0, 3, 1]])
+        return np.asarray(self.modes[0, ::BATCH])
+
+    @property
+    def motion(self) -> Floats:
+        """The x and x' of each sample, and those of further modes likewise, shape (n, 2 modes)."""
+        if self.coordinates is None:
+            return np.asarray(self.samples[:, [0, 3]])
+        first = self.coordinates[:, :, :1]
+        higher = self.coordinates[:, :, 1:]
+        return np.column_stack([part.reshape(len(part), -1) for part in (first, higher)])
+
+    @property
+    def contact_speeds(self) -> Floats:
+        """The speed of each sample of the coordinate that meets the stops."""
+        if self.coordinates is None:
+            return np.asarray(self.samples[:, 3])
+        return np.asarray(self.coordinates[:, 1] @ np.array(self.eqs.modal.contact))
 
     @property
     def duration(self) -> float:
@@ -197,5 +226,10 @@ class Drive:
         if s.impacts > len(self.impacts):
             raise SimulationError(NARROW)
         return Path(
-            float(s.h), int(s.stride), self.samples, self.impacts[: s.impacts].copy(), self.shaking
+            float(s.h),
+            int(s.stride),
+            self.samples,
+            self.impacts[: s.impacts].copy(),
+            self.shaking,
+            coordinates=self.coordinates,
         )

@@ -188,6 +188,10 @@ def accept_modal_point(s, p, recording, c):
         samples[row, 2] = dot(c.e, spare, 0, 0)
         samples[row, 3] = dot(c.e, spare, len(c.k), 0)
         samples[row, 4] = p.v / s.volts
+        n = len(c.k)
+        for j in range(n):
+            recording.coordinates[row, 0, j] = spare[j * BATCH]
+            recording.coordinates[row, 1, j] = spare[(n + j) * BATCH]
         recording.charge[row] = p.smooth
     else:
         make_modal_kick(s, p, recording, c)

@@ -42,8 +42,8 @@ class Point(NamedTuple):
 class Recording(NamedTuple):
     """Arrays of a run, those of `harvester.cosimulation.lockstep.drive.Drive` by the same names.
 
-    ``modes``, shape (3, rows x BATCH), are states of several modes (`modal_drift`); None of one
-    mode.
+    ``modes``, shape (3, rows x BATCH), are states of several modes (`modal_drift`), and
+    ``coordinates`` those of their samples; None of one mode.
     """
 
     noise: Floats
@@ -53,6 +53,7 @@ class Recording(NamedTuple):
     charge: Floats
     kicked: Floats
     modes: Floats | None = None
+    coordinates: Floats | None = None
 
 
 # Of a drift without white noise: phase of its impact, speeds before and after it, the acceleration

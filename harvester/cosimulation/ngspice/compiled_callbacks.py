@@ -153,7 +153,8 @@ def point_function(pattern: Coefficients | ModalCoefficients, shaken: bool) -> A
     `accept_modal_point`.  The values of its closure name its file in the cache, so that is numbers:
     a compiled function is another in each process.
     """
-    rows = 0 if isinstance(pattern, Coefficients) else 2 * len(pattern.k) + 1
+    modes = 0 if isinstance(pattern, Coefficients) else len(pattern.k)
+    rows = 2 * modes + 1
 
     @c_function(_I4(_STATE_POINTER, _F8, _F8, _F8, _F8, _F8))
     def act(state, t, v, power, current, smooth):
@@ -166,10 +167,15 @@ def point_function(pattern: Coefficients | ModalCoefficients, shaken: bool) -> A
             carray(_pointer(s.impacts_at), (s.impacts_size, 2), np.float64),
             charge=carray(_pointer(s.charge_at), s.noise_size // s.stride, np.float64),
             kicked=carray(_pointer(s.kicked_at), (s.noise_size, 5), np.float64),
-            modes=carray(_pointer(s.modes_at), (3, rows * BATCH), np.float64) if rows else None,
+            modes=carray(_pointer(s.modes_at), (3, rows * BATCH), np.float64) if modes else None,
+            coordinates=(
+                carray(_pointer(s.coordinates_at), (s.noise_size // s.stride, 2, modes), np.float64)
+                if modes
+                else None
+            ),
         )
         point = Point(t, v, power, current, smooth)
-        if rows:
+        if modes:
             accept_modal_point(s, point, recording, _coefficients(s.coefficients_at, pattern))
         else:
             accept_point(s, point, recording, _coefficients(s.coefficients_at, pattern))

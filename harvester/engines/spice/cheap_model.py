@@ -88,8 +88,8 @@ def ideal_elements(problem: Problem, load: "LoadCircuit") -> "IdealCircuit | Non
 
 
 def _bears_compiled(eqs: Equations) -> bool:
-    """Whether a compiled circuit may be paired: one mode, and no periodic response."""
-    return eqs.modes is None and (eqs.shaking_period is None or eqs.is_random)
+    """Whether a compiled circuit may be paired: there is no periodic response."""
+    return eqs.shaking_period is None or eqs.is_random
 
 
 def _tells_paths_apart(eqs: Equations) -> bool:

@@ -134,9 +134,14 @@ def _continued_from(
     """The periodic response of ngspice from a state of one without it, or why there is none."""
     from harvester.cosimulation.poincare_sections import CoupledState, Origin
 
-    x, v, voltage, stored = candidate.state
+    x, v, voltage, stored, *higher = candidate.state
     volts = problem.scales.volts
-    section = CoupledState(x, v, across=(voltage * volts, stored * volts))
+    section = CoupledState(
+        x,
+        v,
+        across=(voltage * volts, stored * volts),
+        higher_modes=tuple(np.ravel(higher).tolist()),
+    )
     steady = to_be_found(options, problem, reltol)
     try:
         comes_back = steady.begin(

@@ -15,7 +15,6 @@ from harvester.netlists.for_ngspice import RELTOL, RELTOL_OF_JUDGE, SHUNTS
 from harvester.uncertainty.paired_difference import difference95, share95
 
 if TYPE_CHECKING:
-    from harvester.circuits.circuit_period import CircuitPeriod
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.runs import CoupledDevice, Start
 
@@ -23,10 +22,7 @@ if TYPE_CHECKING:
 RUNS = 8
 FEWEST = 3
 AVERAGED = 64.0
-# nondimensional: what they leave out at most, and time constants of the storage capacitor, if these
-# are shorter
-LONGEST = 300.0
-MEMORIES = 2.0
+LONGEST = 300.0  # nondimensional: what they leave out at most
 SHARE = 0.25  # of a budget, that these runs may take
 # What is tried in turn if ngspice does not converge: its tolerance, and a capacitance from each
 # node to ground, of the piezo's.
@@ -80,43 +76,6 @@ def difference_from_ngspice(
         if differences["load"] < enough or len(more) < len(half):
             break
     return {name: share for name, share in differences.items() if math.isfinite(share)}
-
-
-def difference_along(
-    problem: Problem, response: "CircuitPeriod", deadline: float
-) -> dict[str, float]:
-    """The same of a periodic response, whose motion ngspice's circuit follows for some periods.
-
-    They are whole ones, after `MEMORIES` of the storage capacitor, or `LONGEST`.  Empty as of
-    `difference_from_ngspice`, or at the ``deadline`` of `time.monotonic`.
-    """
-    h = response.path.h
-    circuit, device = _beside(problem, h)
-    turn = response.turns * (problem.equations.shaking_period or 1.0)
-    memory = min(MEMORIES * circuit.memory, LONGEST)
-    settling, averaged = (turn * math.ceil(time / turn) for time in (memory, AVERAGED))
-    y = response.coordinates
-    n = len(y) // 2
-    start = (
-        float(y[0]),
-        float(y[n]),
-        float(response.path.samples[-1, 1]),
-        0.0,
-        np.concatenate([response.state, y[1:n], y[n + 1 :]]),
-    )
-    seed = np.random.SeedSequence(0)  # of no noise
-    n_steps = round((settling + averaged) / h)
-    try:
-        means = _means(device, [(seed, n_steps, settling, deadline, start)])
-    except (CircuitError, MissingProgramError):
-        return {}
-    come = difference_come(settling, circuit)
-    return {
-        name: abs(high - low) / low / come
-        for run in means
-        for name, (high, low) in run.items()
-        if low > 0.0
-    }
 
 
 def _beside(problem: Problem, h: float) -> "tuple[CompiledCircuit, CoupledDevice]":

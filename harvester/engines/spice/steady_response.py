@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 
 def may_come_back(problem: Problem) -> bool:
-    """Whether a periodic response is sought: under a steady drive, on the way of ngspice, of one mode."""
-    return problem.equations.is_steady and problem.equations.modes is None
+    """Whether a periodic response is sought: under a steady drive."""
+    return problem.equations.is_steady
 
 
 def is_the_only_one(options: MonteCarloOptions, problem: Problem) -> bool:

@@ -21,6 +21,7 @@ from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.noise import child
+from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.periodic import MULTIPLES
 
 Indices = NDArray[np.intp]
@@ -109,24 +110,16 @@ def attractors(trajectories: Trajectories) -> list[Attractor]:
     return present
 
 
-def sections(trajectories: Trajectories) -> Floats:
-    """The places of all trajectories in mid-drift, and the part of a period of a steady excitation: shape (5, count).
-
-    The rows are x, x', V, a circuit's capacitor voltage (0 without a circuit), and that
-    part.
-    """
+def section(trajectories: Trajectories, k: int) -> tuple[Floats, float]:
+    """The state of trajectory k after its last kick, shape (rows,), and the part of the excitation's period there."""
     eqs, h = trajectories.eqs, trajectories.h
-    now = trajectories.filter
-    there = trajectories.snapshot()
-    p, q = now[:, 0].ravel(), now[:, 1].ravel()
+    block, lane = divmod(k, BATCH)
+    p, q = map(float, trajectories.filter[block, :2, lane])
     if eqs.drive is None:  # q is the place in the record
-        phase = (q + 0.5) * h / (eqs.shaking_period or h)
+        phase = q * h / (eqs.shaking_period or h)
     else:
-        phase = (
-            np.arctan2(q / eqs.drive, p / eqs.drive) + 0.5 * h * (eqs.drive_frequency or 0.0)
-        ) / (2.0 * math.pi)
-    stored = trajectories.loaded.stored(trajectories.state)
-    return np.vstack([there, stored, phase % 1.0])
+        phase = math.atan2(q / eqs.drive, p / eqs.drive) / (2.0 * math.pi)
+    return trajectories.state[block, :, lane], phase % 1.0
 
 
 def _present(trajectories: Trajectories) -> list[Attractor]:

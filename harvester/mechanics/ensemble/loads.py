@@ -23,7 +23,6 @@ from harvester.mechanics.kernels.path import Path
 from harvester.mechanics.kernels.shaken_control_variates import martingales
 from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.kernels.trajectory_batch import (
-    BATCH,
     IDEAL_SUMS,
     MASS_ROWS,
     SUMS,
@@ -123,9 +122,6 @@ class Loaded(Protocol):
 
     def powers(self, means: Moments, state: Floats) -> list[tuple[Floats, Floats]]:
         """The load's mean power in a window, and its power now, if it has one other than that of V^2."""
-
-    def stored(self, state: Floats) -> Floats:
-        """The load's store voltage in each trajectory, shape (count,); 0 without one."""
 
     def check(self, own_sums: Floats, state: Floats) -> None:
         """Raise CircuitError if too many circuit steps failed; ``own_sums`` are those of the load alone."""
@@ -237,10 +233,6 @@ class WithResistor:
         """No power other than that of V^2."""
         return []
 
-    def stored(self, state: Floats) -> Floats:
-        """There is no storage capacitor."""
-        return np.zeros(len(state) * BATCH)
-
     def check(self, own_sums: Floats, state: Floats) -> None:
         """No circuit step can fail."""
 
@@ -280,11 +272,7 @@ class WithStore(WithResistor):
 
     def powers(self, means: Moments, state: Floats) -> list[tuple[Floats, Floats]]:
         """The load's mean power in a window, and its power now."""
-        return [(means.load, self.store.mu * self.stored(state) ** 2)]
-
-    def stored(self, state: Floats) -> Floats:
-        """The voltage of its capacitor."""
-        return state[:, 3].ravel()
+        return [(means.load, self.store.mu * state[:, RESISTOR_ROWS].ravel() ** 2)]
 
 
 class WithIdeal(WithStore):

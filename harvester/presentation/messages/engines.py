@@ -274,7 +274,6 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "or ih of a current-controlled switch) larger than the jump of its control at a change",
     "compiled_circuit": "the difference from ngspice is not measured: compare with 'spice'",
     "difference_measured": "model error: largest difference (95 %) from runs of ngspice on the same motion",
-    "difference_along": "model error: difference from ngspice's circuit on the response's motion",
     "steady_difference": "model error: distance from ngspice's own response at the same step",
     "ideal_difference": "model error: largest difference (95 %) between ideal and compiled circuit on the same noise, "
     "plus 0.5 % for the compiled circuit",

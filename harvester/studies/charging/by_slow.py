@@ -11,13 +11,13 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import compiled_circuit
 from harvester.engines import Slow
-from harvester.engines.protocol import needs_one_mode
 from harvester.equations.coefficients import Equations
 from harvester.equations.power_bound import power_bound
 from harvester.equations.problem import Problem
 from harvester.errors import InputError, SimulationError
 from harvester.machine.progress import listening, report_share, stage
 from harvester.mechanics.kernels.step_size import step_from_rest
+from harvester.mechanics.trace import at_rest
 from harvester.netlists.part import CircuitPart
 from harvester.netlists.probes import STORE, Probe
 from harvester.presentation.diagnostic import Diagnostic, note, refusal, warning
@@ -51,10 +51,8 @@ def refusal_of_slow(problem: Problem, probe: Probe, records: bool = False) -> Di
     circuit = problem.load_circuit
     if not _serves_shaking(eqs, records):
         return refusal("slow_shaking")
-    if eqs.record is not None and (
-        (several := needs_one_mode(problem, Slow.NAME)) or ideal_circuit(circuit, problem.scales)
-    ):
-        return several
+    if eqs.record is not None and ideal_circuit(circuit, problem.scales):
+        return None
     try:
         compiled_circuit(circuit, problem.scales)
     except InputError as error:
@@ -126,7 +124,7 @@ def _check_draw(problem: Problem, top: float, h: float | None) -> None:
     state = circuit.rest.copy()
     state[charge] = rectifier.held * top
     eqs = problem.equations
-    start = np.array([eqs.resting_places[0], 0.0])
+    start = at_rest(eqs)[:-1]
     charges = [state[charge]]
     for _ in range(2):  # the first loads the other capacitors
         path = circuit.trace(eqs, np.zeros(AT_REST), step, 1, start, state)

@@ -20,7 +20,7 @@ from harvester.uncertainty.value import Value, mean_and_error
 SHORTEST, BLOCKS = 50, 2048  # a block's cycles at first, and how many blocks there are
 UNCORRELATED = 0.2  # the largest correlation of neighbours that 100 blocks or so have by chance
 LONGEST = 4_000_000  # steps in one piece, which the memory holds
-READ = 0.05  # time between two samples of the trajectory
+READ = 0.05  # radian of the highest mode's phase, between two samples of the trajectory
 FEWEST = 64  # blocks that a tail needs
 
 
@@ -55,11 +55,11 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
 
     check_bounded(eqs)
     h = step_from_rest(eqs)
-    stride = max(1, round(READ / h))
+    stride = max(1, round(READ / (h * eqs.highest_frequency)))
     block_steps = math.ceil(2.0 * math.pi * SHORTEST / (h * stride)) * stride  # steps of a block
     piece = max(LONGEST // block_steps, 1)
     parts: list[tuple[Floats, Floats, Floats, Floats]] = []
-    start: tuple[float, float, float] | None = None
+    start: Floats | None = None
     # the first fifth is left out
     left = blocks + blocks // 4
     sequence = np.random.SeedSequence([seed, 11])
@@ -72,7 +72,7 @@ def count(eqs: Equations, seed: int = 0, blocks: int = BLOCKS) -> Counted:
             raise SimulationError(
                 "the path is not finite: the response grows without bound, or the step is too long"
             )
-        start = float(path.x[-1]), float(path.v[-1]), float(path.V[-1])
+        start = path.last
         number = np.minimum((path.impacts[:, 0] / (block_steps * h)).astype(int), n_blocks - 1)
         speed = np.zeros(n_blocks)
         hits = np.bincount(number, minlength=n_blocks).astype(float)

@@ -12,7 +12,6 @@ from harvester.answers.estimate import DISPLACEMENT, PHASES
 from harvester.engines import Compiled, Spice
 from harvester.engines.protocol import served
 from harvester.equations.bounds import linear_growth
-from harvester.equations.coefficients import check_one_mode
 from harvester.errors import HarvesterError, MissingProgramError
 from harvester.presentation.diagnostic import Diagnostic, without_repeats
 from harvester.studies.frequency_response.curve import Failure
@@ -41,8 +40,6 @@ def by_ngspice(
     ngspice, and the last error if no frequency has a point.
     """
     served(type(engine), driven.problem)
-    if engine.runs_ngspice:  # whose way to a periodic response is of one mode
-        check_one_mode(driven.problem.equations)
     points = list[ResponsePoint]()
     failures = list[Failure]()
     warnings = list[Diagnostic]()

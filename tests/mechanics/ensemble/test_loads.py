@@ -71,7 +71,6 @@ def test_rows_that_a_load_begins_are_those_that_it_has(mechanics, load):
     pair.begin(state)
     assert (state[:, :3] == np.arange(3.0)[:, None]).all()
     assert np.isfinite(state).all()
-    assert (pair.stored(state) == np.zeros(2 * BATCH)).all()
     block = pair.batch(state[0], np.zeros((2, BATCH), np.uint64), None, None)
     assert (block.U is None) == (load == "resistor")
     assert pair.is_dear == (load == "compiled")

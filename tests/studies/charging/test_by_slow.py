@@ -9,6 +9,7 @@ import pytest
 import harvester as hv
 from harvester.presentation.diagnostic import has
 from tests.support.paths import EXAMPLES
+from tests.support.systems import TWO_MODES
 
 TO_20_V, NGSPICE_CHANGES = 13.3077, 0.01
 
@@ -28,6 +29,15 @@ def test_a_large_store_takes_what_it_takes_in_ngspice():
     assert found.engine == "slow"
     assert abs(found.time.value - TO_20_V) < found.time.error95 + NGSPICE_CHANGES
     assert found.time.error95 < 0.01 * TO_20_V
+
+
+@pytest.mark.ngspice
+def test_two_modes_take_what_they_take_in_ngspice():
+    """The path that charges the held capacitor continues from the coordinates of both modes."""
+    scene = hv.loads(TWO_MODES).with_load(netlist="bridge", parameters={"R": 1e6, "C": 2e-5})
+    slow, direct = (hv.charge(scene, to="3 V", engine=name).time for name in ("slow", "spice"))
+    assert abs(slow.value - direct.value) < slow.error95 + direct.error95
+    assert slow.error95 < 0.1 * direct.value
 
 
 @pytest.mark.slow

@@ -1,12 +1,15 @@
 """The largest values over a lifetime: extrapolated ones against Rice's of the same device, and the command."""
 
 import json
+import math
 
 import numpy as np
 import pytest
 
 import harvester as hv
+from harvester.equations.problem import Problem
 from harvester.linear.level_crossings import peaks
+from harvester.studies.extremes import counted
 from harvester.studies.extremes.counted import count
 from harvester.studies.extremes.extremes import extremes_both_ways
 from harvester.studies.extremes.levels import fit, rare
@@ -17,14 +20,28 @@ PLATE, STOP = (ROOT / "examples" / f"{name}.toml" for name in ("plate", "plate_w
 EQS = systems.linear(0.5, 1.0, 0.1)
 
 
-def test_counting_agrees_with_rice():
+@pytest.mark.parametrize(
+    "eqs", [EQS, Problem(systems.BEAM).equations], ids=["one mode", "two modes"]
+)
+def test_counting_agrees_with_rice(eqs):
     """Blocks of a path of 50 cycles each, extrapolated 1,000 times: within four standard errors of the closed form."""
-    counted = count(EQS, blocks=512)
-    for maxima, one in zip((counted.x, counted.V), peaks(EQS), strict=True):
+    found_blocks = count(eqs, blocks=512)
+    for maxima, one in zip((found_blocks.x, found_blocks.V), peaks(eqs), strict=True):
         found = fit(maxima).largest(0.5, 512_000.0)
-        exact = one.largest(0.5, 512_000.0 * counted.block)
+        exact = one.largest(0.5, 512_000.0 * found_blocks.block)
         assert abs(found.value - exact) < 4.0 * found.stderr
         assert found.stderr < 0.15 * exact
+
+
+def test_a_path_of_two_modes_goes_on_from_piece_to_piece(monkeypatch):
+    """Its impacts are as frequent as in one piece, which begins and ends with the coordinates of all modes."""
+    eqs = Problem(hv.load(ROOT / "examples" / "two_modes_with_stop.toml")).equations
+    whole = count(eqs, blocks=128)
+    monkeypatch.setattr(counted, "LONGEST", 200_000)
+    parts = count(eqs, blocks=128)
+    apart = parts.impacts.value - whole.impacts.value
+    assert abs(apart) < 4.0 * math.hypot(parts.impacts.stderr, whole.impacts.stderr)
+    assert parts.impacts.value > 0.0
 
 
 @pytest.mark.thorough("test_first_passages_are_fewer_than_passages")
