@@ -5,8 +5,9 @@ import time
 import numpy as np
 
 from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.mechanics.ensemble.burn_in import check_cost, memory
-from harvester.mechanics.ensemble.richardson import compile_pair
+from harvester.mechanics.ensemble.affordable_steps import check_cost
+from harvester.mechanics.ensemble.burn_in import memory
+from harvester.mechanics.ensemble.compiled_pair import compile_pair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.compiled import compilation
 

@@ -104,7 +104,7 @@ def pilot_of(
     ngspice_rule: bool,
 ) -> "tuple[Trajectories, float]":
     """The trajectories of the cheap model, compiled, and the seconds of the compilation."""
-    from harvester.mechanics.ensemble.richardson import compile_pair
+    from harvester.mechanics.ensemble.compiled_pair import compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
 
