@@ -62,7 +62,17 @@ def settle_from(
     now = time.perf_counter()
     slowest = memory(ideal, ideal.run(before), before)
     take_states(compiled, ideal)
-    length = SETTLING * max(slowest, compiled.loaded.memory)
+    settle(compiled, SETTLING * max(slowest, compiled.loaded.memory), budget, begin, now)
+
+
+def settle(
+    compiled: Trajectories, length: float, budget: float | None, begin: float, now: float
+) -> None:
+    """Run trajectories for a ``length`` in `PARTS`; their rate counts from ``now``.
+
+    Raises SimulationError before a part if the rest would not end within ``budget`` seconds of
+    ``begin`` (`time.perf_counter`).
+    """
     for k in range(PARTS):
         check_cost(compiled, (1.0 - k / PARTS) * length, budget, now, now - begin)
         compiled.run(length / PARTS)

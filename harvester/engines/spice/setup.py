@@ -203,6 +203,10 @@ def set_up(
     if eqs.mu is not None or ideal is not None:
         pair, begin = cheap_model(pilot, ideal, from_rest, time_constant, options, begin)
     pilot = pilot if pair is None else pair.trajectories
+    if ideal is not twin and pilot.circuit is twin:  # the compiled one would settle for too long
+        ideal = twin
+        short = False
+        device = replace(device, ideal=twin)
     burn_in = from_rest
     starts = None
     if settled and ideal is not None and pair is not None and eqs.is_shaken_by_white_noise:
