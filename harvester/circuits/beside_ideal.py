@@ -59,20 +59,20 @@ def settle_from(
     if compiled.h != ideal.h:
         compiled.restart(ideal.h)
     before = ideal.time
-    now = time.perf_counter()
     slowest = memory(ideal, ideal.run(before), before)
     take_states(compiled, ideal)
-    settle(compiled, SETTLING * max(slowest, compiled.loaded.memory), budget, begin, now)
+    settle_within(compiled, SETTLING * max(slowest, compiled.loaded.memory), budget, begin)
 
 
-def settle(
-    compiled: Trajectories, length: float, budget: float | None, begin: float, now: float
+def settle_within(
+    compiled: Trajectories, length: float, budget: float | None, begin: float
 ) -> None:
-    """Run trajectories for a ``length`` in `PARTS`; their rate counts from ``now``.
+    """Run trajectories for a ``length`` in `PARTS`.
 
     Raises SimulationError before a part if the rest would not end within ``budget`` seconds of
     ``begin`` (`time.perf_counter`).
     """
+    now = time.perf_counter()
     for k in range(PARTS):
         check_cost(compiled, (1.0 - k / PARTS) * length, budget, now, now - begin)
         compiled.run(length / PARTS)

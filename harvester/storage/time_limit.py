@@ -4,7 +4,6 @@
 its end, and sooner if the pace shows that the work would need far longer.
 """
 
-import math
 import threading
 import time
 from collections.abc import Iterator
@@ -106,12 +105,6 @@ def check_time(since: float | None = None, share: float = 1.0) -> None:
     limit = _LIMIT.get()
     if limit is not None:
         limit.check(working_seconds() if since is None else since, share)
-
-
-def seconds_left() -> float:
-    """The seconds that the limit of the work that calls this leaves; infinite without one."""
-    limit = _LIMIT.get()
-    return math.inf if limit is None else limit.left
 
 
 def deadline_of_limit() -> float | None:

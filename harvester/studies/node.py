@@ -53,8 +53,8 @@ from harvester.storage.supply import chip_of
 from harvester.storage.time_limit import (
     TimeLimit,
     TooLittleTimeError,
+    deadline_of_limit,
     limited,
-    seconds_left,
     working_seconds,
 )
 from harvester.studies.charging.by_slow import refusal_of_slow
@@ -92,7 +92,7 @@ TIMES_AS_MANY = 4.0
 FIRST_PART = 1.0 / 16.0
 SAFE = 0.7
 FEWEST_TIMES = 1.5  # times as many runs as before, at least
-VARIANTS = 8.0  # sets of courses that an answer has beside the first, about
+VARIANTS = 8.0  # sets of courses after the first, about
 SAMPLING_SHARE = 0.3  # of the error, that sampling must be at least for more runs
 MUCH = 0.02  # of the current: errors that are checked by more runs
 DAY = 86400.0
@@ -436,7 +436,7 @@ def _attempt(problem: Problem, parts: Parts, days: float, effort: Effort) -> _Ou
     parts = parts._replace(chip=known.chip or chip)
     direct = _directly(problem, known, parts, days * DAY)
     noise = (
-        _fluctuations(known, parts, unit, days * DAY, effort.seed)
+        enough_courses(known, parts, unit, days * DAY, effort.seed)
         if problem.equations.is_random
         else None
     )
@@ -497,7 +497,7 @@ def _directly(problem: Problem, known: Known, parts: Parts, seconds: float) -> N
         return None
 
 
-def _fluctuations(
+def enough_courses(
     known: Known, parts: Parts, unit: float, seconds: float, seed: int
 ) -> Fluctuations:
     """How the current fluctuates, in so many courses as give the packets well enough.
@@ -513,7 +513,11 @@ def _fluctuations(
         packets = some.number(lambda course: course.packets)
         if each >= MOST or some.error(lambda course: course.packets) <= CLOSE * packets:
             return noise
-        if 2.0 * VARIANTS * (working_seconds() - begin) > seconds_left():
+        end = deadline_of_limit()
+        if (
+            end is not None
+            and 2.0 * VARIANTS * (working_seconds() - begin) > end - time.perf_counter()
+        ):
             return noise
         each *= 2
 

@@ -150,10 +150,9 @@ def test_a_difference_that_has_not_come_yet_is_counted_whole():
 
 def test_a_loose_target_has_short_runs_of_ngspice():
     """They leave out and average as much as the target needs, and count what has not developed."""
-    close, loose, looser = (lengths(within, 20.0) for within in (0.01, 0.03, 0.1))
-    assert close[1] == AVERAGED == lengths(None, 20.0)[1]
-    assert sum(loose) < 0.45 * (40.0 + AVERAGED) and sum(looser) < sum(loose)
-    assert difference_come(looser[0], SimpleNamespace(memory=20.0), looser[1]) > 0.3
+    close, loose = (lengths(within, 20.0) for within in (0.01, 0.1))
+    assert close[1] == AVERAGED and sum(loose) < 0.3 * (40.0 + AVERAGED)
+    assert difference_come(loose[0], SimpleNamespace(memory=20.0), loose[1]) > 0.3
 
 
 def test_a_loose_target_needs_a_part_of_the_steps(tmp_path):
@@ -179,14 +178,10 @@ def test_longer_steps_stop_where_their_bias_is_small_for_the_target(tmp_path):
     assert not pair.extrapolates_in_vain("load", 1e-5)
     assert pair.extrapolates_in_vain("load", 0.5)
     (before, spread), bias = pair.mean("load"), abs(pair.bias("load")[0])
-    steps = pair.steps
     pair.stop_coarse()
     assert not pair.extrapolates and pair.averaged == pair.duration
     assert pair.mean("load")[0] != before
     assert abs(pair.mean("load")[0] - before) < 4.0 * spread + bias + abs(pair.bias("load")[0])
-    pair.extend(16.0)
-    each = round(16.0 / trajectories.h)
-    assert pair.steps - steps <= 64 * (each + trajectories.stride)
 
 
 @pytest.mark.ngspice

@@ -63,11 +63,11 @@ def test_a_budget_bounds_the_courses_of_a_node():
         known = measure_current(problem, problem.scene.storage, None, consumer.wake_voltage, effort)
     parts = node.Parts(problem.scene.storage, consumer, None, None)
     given = known, parts, 0.3, 86400.0, 0
-    node._fluctuations(*given)  # compiles
+    node.enough_courses(*given)  # compiles
     begin = working()
-    free = node._fluctuations(*given)
+    free = node.enough_courses(*given)
     with limited(TimeLimit(working() - begin)):
-        short = node._fluctuations(*given)
+        short = node.enough_courses(*given)
     assert len(short.variates) <= len(free.variates) // 2
 
 

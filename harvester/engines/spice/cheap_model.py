@@ -17,7 +17,7 @@ from harvester.engines.sampling import (
 )
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.errors import CircuitError, InputError, SimulationError, UnboundedResponseError
+from harvester.errors import InputError, SimulationError
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
@@ -165,10 +165,10 @@ def _compiled_beside(
     """The compiled circuit at the step of its ``twin``, settled from its states, and the seconds of compiling.
 
     That is of ideal elements: it knows the step and its bias in a hundredth of the time, and fills
-    the storage capacitor.  It is the pair itself if the compiled circuit would not settle within
-    its share of the budget.
+    the storage capacitor.  It is the pair itself if the compiled circuit does not settle, or not
+    within its share of the budget.
     """
-    from harvester.circuits.beside_ideal import SETTLING, compiled_beside, settle
+    from harvester.circuits.beside_ideal import SETTLING, compiled_beside, settle_within
     from harvester.mechanics.ensemble.burn_in import memory
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.kernels.noise import child
@@ -181,9 +181,7 @@ def _compiled_beside(
     length = SETTLING * max(memory(settled, twin.moments, twin.duration), charging_time)
     share = None if budget is None else SHARE * budget
     try:
-        settle(compiled, length, share, begin, time.perf_counter())
-    except (CircuitError, UnboundedResponseError):
-        raise
+        settle_within(compiled, length, share, begin)
     except SimulationError:
         return twin, compilation_seconds
     duration = first_duration(compiled.time, time.perf_counter() - begin, share)

@@ -97,8 +97,7 @@ def lengths(within: float | None, memory: float) -> tuple[float, float]:
     if within is None or within <= LOOSE:
         return LONGEST, AVERAGED
     share = LOOSE / within
-    averaged = max(share * AVERAGED, SHORTEST)
-    return max(share * MEMORIES, FEWEST_MEMORIES) * memory, averaged
+    return max(share * MEMORIES, FEWEST_MEMORIES) * memory, max(share * AVERAGED, SHORTEST)
 
 
 def difference_along(

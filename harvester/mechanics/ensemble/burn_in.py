@@ -40,8 +40,8 @@ from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.records import Record
 
 SHORTEST = 0.25  # of the window before: one that ends a burn-in
-# share of the burn-in that a window must have for its correlation times
-THIRD = 1.0 / 3.0
+# times the burn-in so far, that a window must have for its correlation times
+HALF = 0.5
 ROOM = 0.75  # the part of a budget for the burn-in with a kernel of a circuit
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 # from a window of half the burn-in they come out too short by a quarter at worst
@@ -161,14 +161,14 @@ def _window(
 
 
 def _next_window(trajectories: Trajectories, length: float, same: bool, end: float) -> float:
-    """Twice the length of the last; with a compiled circuit a `THIRD` of all the time by then.
+    """Twice the length of the last; with a compiled circuit `HALF` of the time so far.
 
     Once its windows agree, that circuit has none beyond the ``end``.
     """
     if not trajectories.loaded.is_dear:
         return 2.0 * length
     if not same:
-        return max(THIRD / (1.0 - THIRD) * trajectories.time, FIRST_WINDOW)
+        return max(HALF * trajectories.time, FIRST_WINDOW)
     return min(2.0 * length, max(end - trajectories.time, SHORTEST * length))
 
 

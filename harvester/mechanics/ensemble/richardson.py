@@ -269,10 +269,8 @@ class RichardsonPair:
 
         The time of the longer steps, half of all, is worth more.
         """
-        if not self.extrapolates:
-            return False
-        value = Value(*self._bias_at_step(name))
-        return value.largest95 < SPARED * room * abs(self.mean(name)[0])
+        most = SPARED * room * abs(self.mean(name)[0])
+        return self.extrapolates and Value(*self._bias_at_step(name)).largest95 < most
 
     def bias_of_sum(self, factors: dict[str, float]) -> float:
         """Bias of a sum of moments, each with its factor, measured as that of one moment."""

