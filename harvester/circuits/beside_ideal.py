@@ -5,8 +5,9 @@ import time
 import numpy as np
 
 from harvester.circuits.compiled_circuit import CompiledCircuit
-from harvester.mechanics.ensemble.burn_in import check_cost, memory
-from harvester.mechanics.ensemble.richardson import compile_pair
+from harvester.mechanics.ensemble.affordable_steps import check_cost
+from harvester.mechanics.ensemble.burn_in import memory
+from harvester.mechanics.ensemble.compiled_pair import compile_pair
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.compiled import compilation
 
@@ -58,10 +59,20 @@ def settle_from(
     if compiled.h != ideal.h:
         compiled.restart(ideal.h)
     before = ideal.time
-    now = time.perf_counter()
     slowest = memory(ideal, ideal.run(before), before)
     take_states(compiled, ideal)
-    length = SETTLING * max(slowest, compiled.loaded.memory)
+    settle_within(compiled, SETTLING * max(slowest, compiled.loaded.memory), budget, begin)
+
+
+def settle_within(
+    compiled: Trajectories, length: float, budget: float | None, begin: float
+) -> None:
+    """Run trajectories for a ``length`` in `PARTS`.
+
+    Raises SimulationError before a part if the rest would not end within ``budget`` seconds of
+    ``begin`` (`time.perf_counter`).
+    """
+    now = time.perf_counter()
     for k in range(PARTS):
         check_cost(compiled, (1.0 - k / PARTS) * length, budget, now, now - begin)
         compiled.run(length / PARTS)

@@ -139,7 +139,7 @@ class Compiled(Ensemble):
     def pilot(self, problem: Problem, trajectories: "Trajectories") -> "Trajectories":
         """Those of the circuit made of ideal elements under white noise, if the netlist has them."""
         from harvester.circuits.idealised import ideal_circuit
-        from harvester.mechanics.ensemble.richardson import compile_pair
+        from harvester.mechanics.ensemble.compiled_pair import compile_pair
         from harvester.mechanics.ensemble.trajectories import Trajectories
         from harvester.mechanics.kernels.noise import child
 

@@ -269,7 +269,7 @@ class Ensemble(MonteCarloOptions, Engine):
 
     def _set_up(self, problem: Problem) -> EnsembleSetup:
         """Trajectories that are compiled, have their step, and have burnt in."""
-        from harvester.mechanics.ensemble.richardson import compile_pair, is_compiled
+        from harvester.mechanics.ensemble.compiled_pair import compile_pair, is_compiled
         from harvester.mechanics.ensemble.trajectories import Trajectories
         from harvester.mechanics.kernels.compiled import Compilation, compilation, machine_code
 
@@ -292,7 +292,7 @@ class Ensemble(MonteCarloOptions, Engine):
         begin += first.seconds
         # no new code: all was loaded
         compiled = first.seconds if code and code == machine_code() else 0.0
-        diagnostics = sampling.run_burn_in(pilot, problem, number(self.budget))
+        diagnostics = sampling.run_burn_in(pilot, problem, number(self.budget), within)
         if pilot is not trajectories:
             from harvester.circuits.beside_ideal import settle_from
 
@@ -342,7 +342,7 @@ class EnsembleSampler:
     @property
     def sampling_seconds(self) -> float:
         """The seconds of averaging for the present duration, by the rate of the last part."""
-        return self.pair.seconds_a_unit * self.pair.duration
+        return self.pair.seconds_a_unit * self.pair.averaged
 
     def improve(self, target: Target) -> Diagnostic | None:
         """Begin again at a better step, or continue at this one; or state why neither reaches the target."""
@@ -355,6 +355,9 @@ class EnsembleSampler:
             return warning("needs_smaller_step", within=target.within, dt=self.dt)
         if factor != 1.0 and self.dt is None:
             return self._change_step(factor, target, value)
+        if self.pair.extrapolates_in_vain(self.setup.model.name, target.room):
+            self.pair.stop_coarse()
+            return None
         if bias_error < sampling.KNOWN * target.room and not self.pair.extrapolates:
             self.pair.stop_coarse()
         return self._extend(target, value)
@@ -373,10 +376,10 @@ class EnsembleSampler:
         pair = self.pair
         variance = target.variance(value)
         needed = (
-            pair.duration * (value.stderr or 0.0) ** 2 / variance if variance > 0.0 else math.inf
+            pair.averaged * (value.stderr or 0.0) ** 2 / variance if variance > 0.0 else math.inf
         )
         more = min(
-            added_effort(pair.duration, needed), AT_ONCE * target.seconds_left / pair.seconds_a_unit
+            added_effort(pair.averaged, needed), AT_ONCE * target.seconds_left / pair.seconds_a_unit
         )
         if more < 0.02 * pair.duration:
             return warning("target_missed", **target.shortfall(value))

@@ -60,7 +60,7 @@ class SceneOfMany:
     @property
     def kind(self) -> object:
         """The common properties of scenes that run side by side."""
-        from harvester.mechanics.ensemble.richardson import present
+        from harvester.mechanics.ensemble.compiled_pair import present
         from harvester.mechanics.kernels.coefficients import coefficients
 
         numbers = coefficients(self.model.eqs), self.model.circuit
@@ -161,7 +161,7 @@ def _design(model: Any, seed: int) -> "Design":
 
 def _compile(engine: AnyEnsemble, scene: SceneOfMany) -> None:
     """Load the kernel of scenes of a kind."""
-    from harvester.mechanics.ensemble.richardson import compile_pair, is_compiled
+    from harvester.mechanics.ensemble.compiled_pair import compile_pair, is_compiled
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
 

@@ -1,6 +1,7 @@
 """The common part of the engines of trajectories: the model, number and duration, burn-in, and the error of a mean."""
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -32,7 +33,10 @@ DRAWN, FEWEST_DRAWN = 1024, 128
 # target from which on so few trajectories do: their burn-in is most of what it costs
 LOOSE = 0.01
 LEAST = 128
-FIRST = 0.25  # of that, of a compiled circuit towards a target: a loose one needs no more
+LOOSEST = 0.05  # the same, of a compiled circuit
+FEWEST_OWN = 64
+FIRST = 0.125  # of that, of a compiled circuit towards a target: a loose one needs no more
+FORGOTTEN = 0.02  # share of a target, which the rest of an expensive circuit's start may be
 LEAST_SHARE = 0.125  # of the burn-in's time that is averaged, whatever the budget
 FEW_OWN = 16  # trajectories of a compiled circuit that does not come back to a steady excitation
 SLOWER = 8.0  # times fewer trajectories of a circuit with a kernel of its own
@@ -106,6 +110,8 @@ def affordable(
     controls come to about `FINE` in the time of their burn-in, `LEAST` to `LOOSE`.
     """
     is_compiled = has_own_kernel(circuit)
+    if is_compiled and not steady and within is not None and within >= LOOSEST:
+        return FEWEST_OWN
     if steady or (is_compiled if within is None else within >= LOOSE):
         return (FEW_OWN if is_compiled else FEWEST) if steady else LEAST
     share = 1.0
@@ -117,9 +123,15 @@ def affordable(
 
 
 def run_burn_in(
-    trajectories: "Trajectories", problem: Problem, budget: float | None
+    trajectories: "Trajectories",
+    problem: Problem,
+    budget: float | None,
+    within: float | None = None,
 ) -> list[Diagnostic]:
     """Burn in within a ``budget`` in seconds, as `harvester.mechanics.ensemble.burn_in.burn_in` does: its warnings.
+
+    An expensive circuit towards a target ``within`` waits until exp(-t/T) with its correlation time
+    T is `FORGOTTEN` of that.
 
     Under shocks the step is made shorter before, unless it is fixed: the part of a shock that a
     grid of steps cannot carry is left out, and near a stop that moves the impacts.  The bias that
@@ -127,14 +139,17 @@ def run_burn_in(
     between unlike wells that are too rare for their shares to become stationary are a warning of
     their own.
     """
-    from harvester.mechanics.ensemble.burn_in import burn_in
+    from harvester.mechanics.ensemble.burn_in import CORRELATION_TIMES, burn_in
 
     shocks, h = problem.events, trajectories.h
     if shocks is not None and shocks.briefest is not None and not trajectories.step_is_fixed:
         shorter = max(shocks.briefest * problem.units.frequency / SHOCK_STEPS, h / SHORTER)
         if shorter < h:
             trajectories.restart(shorter)
-    diagnostics = burn_in(trajectories, budget)
+    times = CORRELATION_TIMES
+    if within is not None and trajectories.loaded.is_dear:
+        times = min(times, -math.log(FORGOTTEN * within))
+    diagnostics = burn_in(trajectories, budget, times)
     if trajectories.hopping is not None:
         diagnostics.append(_rare_hops(trajectories.hopping, trajectories.h, problem))
     return diagnostics

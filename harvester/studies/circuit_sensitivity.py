@@ -27,7 +27,8 @@ from harvester.equations.impact_order import STRONG, step_order
 from harvester.equations.problem import Problem
 from harvester.errors import HarvesterError
 from harvester.mechanics.ensemble.burn_in import burn_in
-from harvester.mechanics.ensemble.richardson import LEFT, compile_pair
+from harvester.mechanics.ensemble.compiled_pair import compile_pair
+from harvester.mechanics.ensemble.richardson import LEFT
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.trajectory_batch import BATCH

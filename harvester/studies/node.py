@@ -52,7 +52,13 @@ from harvester.storage.node_course import LASTS, NodeCourse
 from harvester.storage.node_run import AGAIN, GRID, NodeRun
 from harvester.storage.recorded_current import AnyCurrent, RecordedCurrent
 from harvester.storage.supply import chip_of
-from harvester.storage.time_limit import TimeLimit, TooLittleTimeError, limited, working_seconds
+from harvester.storage.time_limit import (
+    TimeLimit,
+    TooLittleTimeError,
+    deadline_of_limit,
+    limited,
+    working_seconds,
+)
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.studies.node_current import Effort, Known, measure_current
 from harvester.uncertainty.value import Value
@@ -89,6 +95,7 @@ TIMES_AS_MANY = 4.0
 FIRST_PART = 1.0 / 16.0
 SAFE = 0.7
 FEWEST_TIMES = 1.5  # times as many runs as before, at least
+VARIANTS = 8.0  # sets of courses after the first, about
 SAMPLING_SHARE = 0.3  # of the error, that sampling must be at least for more runs
 MUCH = 0.02  # of the current: errors that are checked by more runs
 DAY = 86400.0
@@ -438,7 +445,7 @@ def _attempt(problem: Problem, parts: Parts, days: float, effort: Effort) -> _Ou
     parts = parts._replace(chip=known.chip or chip)
     direct = _directly(problem, known, parts, days * DAY)
     noise = (
-        _fluctuations(known, parts, unit, days * DAY, effort.seed)
+        enough_courses(known, parts, unit, days * DAY, effort.seed)
         if problem.equations.is_random
         else None
     )
@@ -499,17 +506,27 @@ def _directly(problem: Problem, known: Known, parts: Parts, seconds: float) -> N
         return None
 
 
-def _fluctuations(
+def enough_courses(
     known: Known, parts: Parts, unit: float, seconds: float, seed: int
 ) -> Fluctuations:
-    """How the current fluctuates, in so many courses as give the packets well enough."""
+    """How the current fluctuates, in so many courses as give the packets well enough.
+
+    A budget has fewer if twice as many would leave no time for those of the variants.
+    """
     run = parts.run(known.table, POINTS)
     each = FEWEST
     while True:
+        begin = working_seconds()
         noise = fluctuations(run, unit, seconds, seed, each)
         some = lived(run, run, noise.seconds, noise)
         packets = some.number(lambda course: course.packets)
         if each >= MOST or some.error(lambda course: course.packets) <= CLOSE * packets:
+            return noise
+        end = deadline_of_limit()
+        if (
+            end is not None
+            and 2.0 * VARIANTS * (working_seconds() - begin) > end - time.perf_counter()
+        ):
             return noise
         each *= 2
 

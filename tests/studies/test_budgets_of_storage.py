@@ -10,12 +10,16 @@ from contextlib import contextmanager, suppress
 import pytest
 
 import harvester as hv
+from harvester.equations.problem import Problem
 from harvester.errors import InputError
 from harvester.machine.progress import NoProgress
+from harvester.mechanics.kernels.compiled import compilation
 from harvester.storage import measured_current, time_limit
 from harvester.storage.time_limit import TimeLimit, TooLittleTimeError, check_time, limited
 from harvester.storage.time_limit import working_seconds as working
+from harvester.studies import node
 from harvester.studies.design import yield_share
+from harvester.studies.node_current import Effort, measure_current
 from tests.support.own_board import noisy_node
 from tests.support.paths import EXAMPLES
 
@@ -48,6 +52,23 @@ def test_more_time_is_a_smaller_error_of_a_node():
     assert short.packets_per_hour.sampling95 > 1.5 * long.packets_per_hour.sampling95 > 0.0
     both = short.packets_per_hour.known_error95 + long.packets_per_hour.known_error95
     assert abs(short.packets_per_hour.value - long.packets_per_hour.value) <= both
+
+
+def test_a_budget_bounds_the_courses_of_a_node():
+    """Their number was doubled whatever time was left, and so was that of each variant."""
+    problem = Problem.of(NOISY)
+    consumer = problem.scene.node
+    effort = Effort(0, 0.1, 0.1)
+    with compilation():
+        known = measure_current(problem, problem.scene.storage, None, consumer.wake_voltage, effort)
+    parts = node.Parts(problem.scene.storage, consumer, None, None)
+    given = known, parts, 0.3, 86400.0, 0
+    node.enough_courses(*given)  # compiles
+    begin = working()
+    free = node.enough_courses(*given)
+    with limited(TimeLimit(working() - begin)):
+        short = node.enough_courses(*given)
+    assert len(short.variates) <= len(free.variates) // 2
 
 
 def test_a_node_states_the_seconds_that_it_needs():

@@ -17,7 +17,7 @@ from harvester.engines.sampling import (
 )
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
-from harvester.errors import InputError
+from harvester.errors import InputError, SimulationError
 from harvester.uncertainty.target import Target, best_factor
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def pilot_of(
     ngspice_rule: bool,
 ) -> "tuple[Trajectories, float]":
     """The trajectories of the cheap model, compiled, and the seconds of the compilation."""
-    from harvester.mechanics.ensemble.richardson import compile_pair
+    from harvester.mechanics.ensemble.compiled_pair import compile_pair
     from harvester.mechanics.ensemble.trajectories import Trajectories
     from harvester.mechanics.kernels.compiled import compilation
 
@@ -165,9 +165,10 @@ def _compiled_beside(
     """The compiled circuit at the step of its ``twin``, settled from its states, and the seconds of compiling.
 
     That is of ideal elements: it knows the step and its bias in a hundredth of the time, and fills
-    the storage capacitor.
+    the storage capacitor.  It is the pair itself if the compiled circuit does not settle, or not
+    within its share of the budget.
     """
-    from harvester.circuits.beside_ideal import SETTLING, compiled_beside
+    from harvester.circuits.beside_ideal import SETTLING, compiled_beside, settle_within
     from harvester.mechanics.ensemble.burn_in import memory
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.kernels.noise import child
@@ -176,9 +177,14 @@ def _compiled_beside(
     compiled, compilation_seconds = compiled_beside(
         settled, circuit, affordable(False, circuit, LOOSE), child(settled.seed, 4)
     )
-    compiled.run(SETTLING * max(memory(settled, twin.moments, twin.duration), charging_time))
-    spent = time.perf_counter() - begin - compilation_seconds
-    duration = first_duration(compiled.time, spent, None if budget is None else SHARE * budget)
+    begin += compilation_seconds
+    length = SETTLING * max(memory(settled, twin.moments, twin.duration), charging_time)
+    share = None if budget is None else SHARE * budget
+    try:
+        settle_within(compiled, length, share, begin)
+    except SimulationError:
+        return twin, compilation_seconds
+    duration = first_duration(compiled.time, time.perf_counter() - begin, share)
     return RichardsonPair(compiled, duration, budget, twin), compilation_seconds
 
 

@@ -18,11 +18,17 @@ if TYPE_CHECKING:
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.runs import CoupledDevice, Start
 
-# runs, the fewest that give a difference, and the nondimensional time that each averages over
+# runs, the fewest that give a difference, and the nondimensional time that each averages over, for
+# targets up to `LOOSE`: the statistics of a larger one need less, but no less than `SHORTEST`
 RUNS = 8
 FEWEST = 3
 AVERAGED = 64.0
-LONGEST = 300.0  # nondimensional: what they leave out at most
+LOOSE = 0.01
+SHORTEST = 16.0
+# nondimensional: what they leave out at most, and time constants of the storage capacitor, if these
+# are shorter
+LONGEST = 300.0
+MEMORIES, FEWEST_MEMORIES = 2.0, 0.5
 SHARE = 0.25  # of a budget, that these runs may take
 # What is tried in turn if ngspice does not converge: its tolerance, and a capacitance from each
 # node to ground, of the piezo's.
@@ -46,7 +52,8 @@ def difference_from_ngspice(
     of the coupling times it.  If a storage capacitor charges for longer than the runs last, only
     the part 1 - exp(-t/(R C)) of its difference has developed, and the difference is divided by it.
 
-    Half of the runs are enough if they show that the load's power differs by less than ``enough``.
+    A target above `LOOSE` has shorter runs (`lengths`), and half of the runs are enough if they
+    show that the load's power differs by less than ``enough``.
     Runs that have not ended in ``seconds``, or by default in `SHARE` of the budget, are left out.
     Empty if ngspice is missing or gives no answer, or if fewer than `FEWEST` are left.
     """
@@ -54,14 +61,16 @@ def difference_from_ngspice(
     budget = number(options.budget)
     if seconds is None:
         seconds = math.inf if budget is None else SHARE * budget
-    n_steps = math.ceil((settling + AVERAGED) / h)
+    left_out, averaged = lengths(number(options.within), circuit.memory)
+    settling = min(settling, left_out)
+    n_steps = math.ceil((settling + averaged) / h)
     seeds = np.random.SeedSequence([options.seed, 5]).spawn(RUNS)
     deadline = time.monotonic() + seconds
     jobs = [
         (seed, n_steps, settling, deadline, start)
         for seed, start in zip(seeds, starts, strict=False)
     ]
-    come = difference_come(settling, circuit)
+    come = difference_come(settling, circuit, averaged)
     done = list[dict[str, tuple[float, float]]]()
     differences = dict[str, float]()
     for half in (jobs[: RUNS // 2], jobs[RUNS // 2 :]):
@@ -76,6 +85,18 @@ def difference_from_ngspice(
         if differences["load"] < enough or len(more) < len(half):
             break
     return {name: share for name, share in differences.items() if math.isfinite(share)}
+
+
+def lengths(within: float | None, memory: float) -> tuple[float, float]:
+    """The nondimensional times that a run for a target leaves out at most, and averages over.
+
+    Both are shorter for a target above `LOOSE`: the first is down to `FEWEST_MEMORIES` of the
+    storage capacitor's ``memory`` R C, as the part that has not developed is counted.
+    """
+    if within is None or within <= LOOSE:
+        return LONGEST, AVERAGED
+    share = LOOSE / within
+    return max(share * MEMORIES, FEWEST_MEMORIES) * memory, max(share * AVERAGED, SHORTEST)
 
 
 def _beside(problem: Problem, h: float) -> "tuple[CompiledCircuit, CoupledDevice]":
@@ -96,9 +117,11 @@ def _beside(problem: Problem, h: float) -> "tuple[CompiledCircuit, CoupledDevice
     return circuit, device
 
 
-def difference_come(settling: float, circuit: "CompiledCircuit") -> float:
+def difference_come(
+    settling: float, circuit: "CompiledCircuit", averaged: float = AVERAGED
+) -> float:
     """The part of its difference that a storage capacitor has come to amid the averages after ``settling``."""
-    return -math.expm1(-(settling + 0.5 * AVERAGED) / circuit.memory)
+    return -math.expm1(-(settling + 0.5 * averaged) / circuit.memory)
 
 
 def _largest(done: Sequence[dict[str, tuple[float, float]]], name: str) -> float:

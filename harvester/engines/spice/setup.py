@@ -203,11 +203,16 @@ def set_up(
     if eqs.mu is not None or ideal is not None:
         pair, begin = cheap_model(pilot, ideal, from_rest, time_constant, options, begin)
     pilot = pilot if pair is None else pair.trajectories
+    short &= pilot.loaded.is_dear
+    if not pilot.loaded.is_dear:  # the compiled circuit would settle for too long, if there is one
+        ideal = twin
     burn_in = from_rest
     starts = None
     if settled and ideal is not None and pair is not None and eqs.is_shaken_by_white_noise:
         burn_in, starts = settled_starts(pair, time_constant, from_rest, options.seed)
-    device = replace(device, h=pilot.h, stride=_stride(pilot), reltol=reltol, gaussian=gaussian)
+    device = replace(
+        device, h=pilot.h, stride=_stride(pilot), reltol=reltol, gaussian=gaussian, ideal=ideal
+    )
     unknown = "" if pilot.hopping is None else WELLS
     seconds = time.perf_counter() - begin
     return SpiceSetup(

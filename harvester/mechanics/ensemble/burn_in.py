@@ -1,10 +1,11 @@
 """Burn-in: trajectories run until their start is forgotten, as the data and the scene's memory show.
 
-Windows of doubled length follow each other until the means of E[x^2], E[x'^2] and E[V^2] in two
-neighbours agree within two standard errors, and until these times have passed: `LOAD_TIMES` time
-constants of the load (1/mu; with a circuit, `CHARGING_TIMES` of its capacitor, kappa/mu, and its
-power agrees as well) and `CORRELATION_TIMES` correlation times of the energy, of V^2 and of the
-load's power, estimated from the same window.  The last one may be shorter.
+Windows of doubled length, with an expensive circuit of a third of all time, follow each other until
+the means of E[x^2], E[x'^2] and E[V^2] in two neighbours agree within two standard errors, and
+until these times have passed: `LOAD_TIMES` time constants of the load (1/mu; with a circuit,
+`CHARGING_TIMES` of its capacitor, kappa/mu, and its power agrees as well) and `CORRELATION_TIMES`
+correlation times of the energy, of V^2 and of the load's power, estimated from the same window.
+The last one may be shorter.
 
 Between unlike wells these times are those of x as well, which sees inter-well transitions.  If
 inter-well transitions are so rare that this would last too long, the burn-in ends when all else is
@@ -22,10 +23,10 @@ from harvester.equations.bounds import (
     surely_bounded,
 )
 from harvester.equations.coefficients import Equations
-from harvester.errors import CircuitError, SimulationError, UnboundedResponseError, invalid
+from harvester.errors import SimulationError, UnboundedResponseError, invalid
 from harvester.linear.record_doubts import density_doubts, record_doubts
-from harvester.machine.cores import cores
 from harvester.machine.progress import listener, stage
+from harvester.mechanics.ensemble.affordable_steps import FIRST_WINDOW, check_cost, exceeds
 from harvester.mechanics.ensemble.hopping import Hopping, hopping
 from harvester.mechanics.ensemble.trajectories import LateError, NotFiniteError, Trajectories
 from harvester.mechanics.kernels.moments import Moments, correlation_time
@@ -38,10 +39,10 @@ from harvester.mechanics.kernels.step_size import (
 )
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.records import Record
-from harvester.uncertainty.value import two_digits
 
-FIRST_WINDOW = 32.0  # time units: about five periods
 SHORTEST = 0.25  # of the window before: one that ends a burn-in
+# times the burn-in so far, that a window must have for its correlation times
+HALF = 0.5
 ROOM = 0.75  # the part of a budget for the burn-in with a kernel of a circuit
 LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 # from a window of half the burn-in they come out too short by a quarter at worst
@@ -49,19 +50,16 @@ CORRELATION_TIMES = 10.0
 DRIFTING = 2.0  # times as long, where means may still change by inter-well transitions
 # times CORRELATION_TIMES: time constants of a small transient, of which e^-12 is left
 TRANSIENTS = 1.2
-MOST_STEPS = 2e10  # trajectory-steps of a burn-in without a budget: half a minute or so
-STEPS_A_SECOND = 3e8  # that are counted on at most, and until their rate is measured
-MEASURED = 0.1  # seconds after which the rate is known
-# steps that one of a compliant stop counts for, which looks for the contact's ends
-COMPLIANT = 16.0
-OWN_KERNEL = 64.0  # steps that one with a circuit's own kernel counts for
 OVER = 1.25  # times the budget, at which a window ends that became slower than expected
-TIMED = 0.2  # share of the budget, after which a pace is known
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
 
-def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[Diagnostic]:
+def burn_in(
+    trajectories: Trajectories, budget: float | None = None, forgotten: float = CORRELATION_TIMES
+) -> list[Diagnostic]:
     """Run trajectories until their start is forgotten, and return warnings.
+
+    It is ``forgotten`` after so many correlation times.
 
     A step that turns out too long for the response is made shorter, and the trajectories begin
     again, unless their step is fixed.  ``budget`` is the time that this may need, about, in
@@ -83,7 +81,7 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[Dia
     begin = time.perf_counter()
     while True:
         try:
-            moments, warnings = until_steady(trajectories, budget, begin)
+            moments, warnings = until_steady(trajectories, budget, begin, forgotten)
         except NotFiniteError:
             if trajectories.step_is_fixed or trajectories.h < 1e-3 * STEP:
                 raise
@@ -106,7 +104,10 @@ def burn_in(trajectories: Trajectories, budget: float | None = None) -> list[Dia
 
 
 def until_steady(
-    trajectories: Trajectories, budget: float | None = None, begin: float | None = None
+    trajectories: Trajectories,
+    budget: float | None = None,
+    begin: float | None = None,
+    forgotten: float = CORRELATION_TIMES,
 ) -> tuple[Moments, list[Diagnostic]]:
     """Run at the present step until the start is forgotten: moments of the last window, and warnings.
 
@@ -129,13 +130,13 @@ def until_steady(
         first = energy if first is None else first
         _check_growth(trajectories, energy, first)
         steady = _agree(means, before, "x2", "v2")
-        response = CORRELATION_TIMES * memory(trajectories, now, length)
+        response = forgotten * memory(trajectories, now, length)
         same = steady and _agree(means, before, "V2", "load")
         if same and trajectories.time >= max(load, response):
             return now, []
         if before is not None and (hops := _rare_hops(trajectories, now, length, same, load)):
             forgotten = CORRELATION_TIMES / hops.rate
-            if forgotten > LONGEST or _cost(trajectories, forgotten, budget, begin)[0]:
+            if forgotten > LONGEST or exceeds(trajectories, forgotten, budget, begin)[0]:
                 trajectories.hopping = hops
                 return now, []
         if energy <= first / GROWN:
@@ -162,13 +163,15 @@ def _window(
 
 
 def _next_window(trajectories: Trajectories, length: float, same: bool, end: float) -> float:
-    """Twice the length of the last; with a compiled circuit no longer than to the ``end``, once windows agree."""
-    is_dear = same and trajectories.loaded.is_dear
-    return (
-        min(2.0 * length, max(end - trajectories.time, SHORTEST * length))
-        if is_dear
-        else 2.0 * length
-    )
+    """Twice the length of the last; with a compiled circuit `HALF` of the time so far.
+
+    Once its windows agree, that circuit has none beyond the ``end``.
+    """
+    if not trajectories.loaded.is_dear:
+        return 2.0 * length
+    if not same:
+        return max(HALF * trajectories.time, FIRST_WINDOW)
+    return min(2.0 * length, max(end - trajectories.time, SHORTEST * length))
 
 
 def _affordable(
@@ -260,69 +263,6 @@ def slowest_transient(eqs: Equations) -> float:
     """Longest time constant of small motions about the places of rest; 0 if some do not die out."""
     rate = -max(growth_near(eqs, x) for x in eqs.resting_places or [0.0])
     return 1.0 / rate if rate > SLOWEST else 0.0
-
-
-def check_cost(
-    trajectories: Trajectories,
-    length: float,
-    budget: float | None,
-    begin: float,
-    before: float = 0.0,
-) -> None:
-    """Refuse a window of a ``length`` beyond the budget, or without one, beyond `MOST_STEPS`.
-
-    The rate of steps is counted from ``begin``, the budget from ``before`` seconds earlier.
-
-    Raises SimulationError, which states a remedy.
-    """
-    beyond, steps, seconds = _cost(
-        trajectories, length, budget if budget is None else budget - before, begin
-    )
-    if beyond:
-        raise SimulationError(
-            f"the start is not forgotten after {trajectories.time:g}/w0, and a burn-in of {length:g}/w0 more "
-            f"would need {steps:.1e} trajectory-steps of {trajectories.h:.2g}/w0: give a longer `dt`, fewer "
-            f"`trajectories`, or a `budget` of more than {two_digits(before + seconds)} s"
-        )
-
-
-def check_pace(trajectories: Trajectories, budget: float | None) -> None:
-    """Refuse a first window that is beyond the budget at the measured pace of an own circuit.
-
-    A circuit that switches often has ten thousand steps in each of the mass.  A block from rest is
-    timed until the window fits or `TIMED` of the budget is over, as its beginning may be slow.
-
-    Raises SimulationError, which states a remedy.
-    """
-    if budget is None or not trajectories.loaded.is_dear:
-        return
-    block = trajectories.brief(trajectories.h)
-    begin = time.perf_counter()
-    spent = 0.0
-    while spent < TIMED * budget:
-        try:
-            block.run(block.time or block.h)
-        except (CircuitError, UnboundedResponseError):  # the burn-in judges more steps
-            return
-        spent = time.perf_counter() - begin
-        trajectories.rate = OWN_KERNEL * block.steps / spent * min(cores(), trajectories.blocks)
-        if not _cost(trajectories, FIRST_WINDOW, budget, time.perf_counter())[0]:
-            return
-    check_cost(trajectories, FIRST_WINDOW, budget, time.perf_counter())
-
-
-def _cost(
-    trajectories: Trajectories, length: float, budget: float | None, begin: float
-) -> tuple[bool, float, float]:
-    """Whether a ``length`` more exceeds the budget, or `MOST_STEPS`; all steps then, and their seconds."""
-    weight = COMPLIANT if trajectories.eqs.stop_stiffness is not None else 1.0
-    weight = max(weight, OWN_KERNEL if trajectories.loaded.is_dear else 1.0)
-    made = weight * trajectories.steps
-    more = weight * length / trajectories.h * trajectories.count
-    spent = time.perf_counter() - begin
-    rate = min(made / spent if spent > MEASURED else trajectories.rate, STEPS_A_SECOND)
-    beyond = made + more > MOST_STEPS if budget is None else spent + more / rate > max(budget, 1.0)
-    return beyond, made + more, max(spent, made / rate) + more / rate
 
 
 def _cut_short(trajectories: Trajectories, load: float, response: float) -> Diagnostic:

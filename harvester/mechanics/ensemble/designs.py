@@ -23,15 +23,9 @@ from numpy.typing import NDArray
 from harvester.arrays import Bools, Floats, aligned
 from harvester.equations.coefficients import Equations
 from harvester.equations.impact_order import STRONG, step_order
+from harvester.mechanics.ensemble.affordable_steps import COMPLIANT, FIRST_WINDOW, MOST_STEPS
 from harvester.mechanics.ensemble.block_threads import each
-from harvester.mechanics.ensemble.burn_in import (
-    COMPLIANT,
-    CORRELATION_TIMES,
-    FIRST_WINDOW,
-    GROWN,
-    LONGEST,
-    MOST_STEPS,
-)
+from harvester.mechanics.ensemble.burn_in import CORRELATION_TIMES, GROWN, LONGEST
 from harvester.mechanics.ensemble.loads import CHARGING_TIMES, LOAD_TIMES
 from harvester.mechanics.ensemble.trajectories import start_of, stride_of
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary

@@ -4,7 +4,6 @@ Near a stop of strong impacts, whose bias falls slowly with the step, there are 
 times the step as well.
 """
 
-import contextlib
 import time
 from typing import Any
 
@@ -12,11 +11,11 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.impact_order import STRONG, step_order
-from harvester.errors import CircuitError, UnboundedResponseError
+from harvester.errors import UnboundedResponseError
 from harvester.machine.progress import listener, stage
-from harvester.mechanics.ensemble.burn_in import FIRST_WINDOW, burn_in, check_cost, check_pace
+from harvester.mechanics.ensemble.affordable_steps import FIRST_WINDOW
+from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.moments import Moments
 from harvester.uncertainty.richardson import extrapolated, step_bias
 from harvester.uncertainty.value import Value, mean_and_error
@@ -26,61 +25,9 @@ FINE = 0.67  # fraction of the rest: the trajectories at the step itself
 SETTLED = 0.3  # of a burn-in: what trajectories make from states that have settled at another step
 # of the bias that is taken off: what of it may be left, of the order above, up to a step of `SHORT`
 LEFT = 0.25
+SPARED = 0.25  # share of the room for errors: a smaller bias is stated and not removed
 SHORT = 0.4  # beyond it what is left of the bias grows as the step does
-# which sets of effects this process has compiled
-_COMPILED: set[object] = set()
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
-
-
-def compile_pair(trajectories: Trajectories, budget: float | None = None) -> None:
-    """Compile all that a `RichardsonPair` of trajectories calls, by a few steps of a single block of them.
-
-    Kernels that this process has compiled once are not compiled again.
-
-    Raises SimulationError, before the trajectories run, if the shortest burn-in would exceed the
-    ``budget``.
-    """
-    check_cost(trajectories, FIRST_WINDOW, budget, time.perf_counter())
-    if not is_compiled(trajectories):
-        _compile(trajectories)
-    check_pace(trajectories, budget)
-
-
-def _compile(trajectories: Trajectories) -> None:
-    """Call all kernels of a pair once."""
-    eqs = trajectories.eqs
-    # else in records
-    block = trajectories.brief(1e-3 if eqs.shaking_period is None and eqs.density is None else None)
-    # for a very stiff scene this step is too long, and failed steps count among many
-    with contextlib.suppress(UnboundedResponseError, CircuitError):
-        block.run(block.h)
-        block.snapshot()
-        RichardsonPair(block, block.h)
-    if (kind := _kind(trajectories)) is not None:
-        _COMPILED.add(kind)
-
-
-def is_compiled(trajectories: Trajectories) -> bool:
-    """Whether `compile_pair` has loaded all kernels of such trajectories in this process."""
-    return _kind(trajectories) in _COMPILED
-
-
-def _kind(trajectories: Trajectories) -> object:
-    """The numbers for their kernels; None for kernels of a circuit's or several modes' own."""
-    eqs = trajectories.eqs
-    if trajectories.loaded.numbers is None:
-        return None
-    flags = trajectories.controlled, trajectories.ngspice_rule, step_order(eqs) < STRONG
-    updates = [update_of(eqs, h, trajectories.ngspice_rule) for h in (1e-3, trajectories.h)]
-    numbers = trajectories.loaded.numbers, trajectories.shakers[0], updates
-    return flags, present(numbers)
-
-
-def present(numbers: object) -> object:
-    """Which of some numbers are there, in tuples of tuples, for which a kernel is compiled."""
-    if isinstance(numbers, tuple | list):
-        return type(numbers), *map(present, numbers)
-    return type(numbers)
 
 
 class RichardsonPair:
@@ -89,7 +36,7 @@ class RichardsonPair:
     Both are on the same noise (`harvester.uncertainty.richardson`).  Trajectories that have not run
     yet are burnt in first, within ``budget`` seconds.  ``burn_in`` and ``duration`` are the
     nondimensional times before and of the averages, ``seconds_a_unit`` the cost of a unit of time
-    in the last `extend`.
+    from the last `extend` on.
 
     Trajectories that share a record of tabulated noise have soon seen all of it, and are one entry
     together: to continue, others begin on other records.
@@ -126,6 +73,7 @@ class RichardsonPair:
         self._steps = 0 if twin is None else twin.steps  # of trajectories that were stopped
         self._time_of_both = 0.0
         self.seconds_a_unit = 0.0
+        self._seconds_alone = 0.0  # the same at the step h
         self._moments: Moments | None = None
         # at the step h and at the longer ones, over the time of all
         self._moments_of_all: list[Moments] = []
@@ -152,7 +100,7 @@ class RichardsonPair:
             duration *= SETTLED
             for coarse in self._coarser:
                 coarse.state[:], coarse.words[:] = self.trajectories.state, self.trajectories.words
-            self.trajectories.run(duration)
+            self._average(duration)
         try:
             for coarse in self._coarser:
                 coarse.run(duration)
@@ -181,10 +129,9 @@ class RichardsonPair:
             self._coarser = self._coarser_ones()
             self._burn_in_coarser(self.burn_in)
 
-    def _extend(self, duration: float) -> None:
-        clock = time.perf_counter()
+    def _average(self, duration: float) -> tuple[Moments, float]:
+        """Continue at the step h, with averages: the moments, and the duration of whole samples."""
         begin = self.trajectories.time
-        self._known.clear()
         with stage(0.0, FINE if self._coarser else 1.0):
             now = self.trajectories.run(duration, listener())
         duration = self.trajectories.time - begin
@@ -194,6 +141,13 @@ class RichardsonPair:
             if self._moments is None
             else self._with(self._moments, now, duration / self.duration)
         )
+        return now, duration
+
+    def _extend(self, duration: float) -> None:
+        clock = time.perf_counter()
+        self._known.clear()
+        now, duration = self._average(duration)
+        self._seconds_alone = (time.perf_counter() - clock) / duration
         if self._coarser:
             self._extend_coarser(now, duration)
         self.seconds_a_unit = (time.perf_counter() - clock) / duration
@@ -227,6 +181,8 @@ class RichardsonPair:
         """Leave the coarser trajectories where they are: the bias is known, or cannot be."""
         self._steps += sum(coarse.steps for coarse in self._coarser)
         self._coarser = []
+        self._known.clear()
+        self.seconds_a_unit = self._seconds_alone
 
     @property
     def coarse_is_stopped(self) -> bool:
@@ -268,6 +224,11 @@ class RichardsonPair:
             and self.order >= STRONG
         )
 
+    @property
+    def averaged(self) -> float:
+        """The duration that means are made of: if they are extrapolated, that of all steps."""
+        return self._time_of_both if self.extrapolates else self.duration
+
     def mean(self, name: str) -> tuple[float, float]:
         """Mean of one moment at the step h, or 0, and its standard error."""
         return mean_and_error(self.entries(name))
@@ -294,11 +255,28 @@ class RichardsonPair:
             return size * bias, size * error
         if not self._moments_of_all:
             return self.mean(name)[0], 0.0
+        bias, error = self._bias_at_step(name)
+        return self._left * bias, self._left * error
+
+    def _bias_at_step(self, name: str) -> tuple[float, float]:
+        """Bias of one moment's mean at the step h, and its standard error."""
         if ("bias", name) not in self._known:
             self._known["bias", name] = step_bias(*self._at_all_steps(name))
         bias, error = self._known["bias", name]
-        left = LEFT * max(self.trajectories.h / SHORT, 1.0) if self.extrapolates else 1.0
-        return left * bias, left * error
+        return bias, error
+
+    @property
+    def _left(self) -> float:
+        """The part of the bias that extrapolation may leave."""
+        return LEFT * max(self.trajectories.h / SHORT, 1.0) if self.extrapolates else 1.0
+
+    def extrapolates_in_vain(self, name: str, room: float) -> bool:
+        """Whether the bias at the step h is at most `SPARED` of the relative ``room`` at 95 %.
+
+        The time of the longer steps, half of all, is worth more.
+        """
+        most = SPARED * room * abs(self.mean(name)[0])
+        return self.extrapolates and Value(*self._bias_at_step(name)).largest95 < most
 
     def bias_of_sum(self, factors: dict[str, float]) -> float:
         """Bias of a sum of moments, each with its factor, measured as that of one moment."""
@@ -309,8 +287,7 @@ class RichardsonPair:
             np.sum([factor * getattr(moments, name) for name, factor in factors.items()], axis=0)
             for moments in self._moments_of_all
         ]
-        left = LEFT * max(self.trajectories.h / SHORT, 1.0) if self.extrapolates else 1.0
-        return left * step_bias(sums, order, controls, together)[0]
+        return self._left * step_bias(sums, order, controls, together)[0]
 
     def largest_bias(self, name: str) -> float:
         """The size of the `bias` that is stated: if it falls slowly with the step, the largest at 95 %."""
