@@ -155,9 +155,11 @@ def named(error: Exception) -> HarvesterError:
         return SimulationError(
             f"the system refused: {error}; ulimit -u sets how many threads and processes may start"
         )
-    if isinstance(
-        error, OSError | ImportError
-    ):  # a full disk behind stdout; a library that is not loaded
+    if isinstance(error, OSError) and error.errno == errno.ENOSPC:  # a full disk behind stdout
+        return SimulationError(
+            f"the system refused: {error}: free some, or send the output elsewhere"
+        )
+    if isinstance(error, OSError | ImportError):  # as of a library that is not loaded
         return SimulationError(f"the system refused: {error}")
     what = f"{type(error).__name__}: {error}"
     return SimulationError(
