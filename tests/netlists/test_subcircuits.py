@@ -68,6 +68,16 @@ def test_elements_side_by_side_are_more_than_none(tmp_path, line, number):
         load_circuit(hv.Load(netlist=netlist))
 
 
+def test_files_that_include_each_other_for_ever_deeper(tmp_path):
+    """Three thousand of them ended in a RecursionError."""
+    for k in range(3000):
+        (tmp_path / f"n{k}.inc").write_text(f".include n{k + 1}.inc\n")
+    (tmp_path / "n3000.inc").write_text("* the last\n")
+    netlist = written(tmp_path, BODY + "\n.include n0.inc")
+    with pytest.raises(hv.InputError, match=r"must be at most 100 files deep, but is deeper"):
+        load_circuit(hv.Load(netlist=netlist))
+
+
 def test_a_subcircuit_is_called_more_than_no_times(tmp_path):
     """Also for a call, whose m is that of each element in it."""
     netlist = Path(written(tmp_path, BODY + "\nX9 c b two m=-2"))
