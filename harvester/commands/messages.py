@@ -15,7 +15,7 @@ from harvester.errors import InputError, shown
 _ARGUMENT = re.compile(r"`([a-z][a-z_]*)`")
 _OTHER_NAMES = {"ledger": "energy_balance"}  # of options, by argument
 _FILE = re.compile(r"`?\bFILE\b`?")
-MOST_LETTERS, LAST_LETTERS = 1400, 400  # of an error, and those of its end
+MOST_LETTERS, LAST_LETTERS = 1400, 400  # letters of a whole error and at its end
 _WARNING = re.compile(r"^(\s*)(warning)(?=[:,])", re.MULTILINE)
 
 
@@ -72,7 +72,7 @@ def naming(file: str) -> Iterator[None]:
 
 
 def complain(text: str) -> None:
-    """Print an error as one line of printable characters on stderr, without its middle if it is long."""
+    """Print an error as one printable line on stderr, without its middle if it is long."""
     text = " ".join(typed(text).split())
     if len(text) > MOST_LETTERS:
         text = f"{text[: MOST_LETTERS - LAST_LETTERS]} ... {text[-LAST_LETTERS:]}"

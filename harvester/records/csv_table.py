@@ -213,7 +213,7 @@ def table_of(form: Layout, text: str, path: str | Path, argument: str) -> CsvTab
 
 
 def _frame(form: Layout, text: str, **options: Any) -> Any:
-    """The cells as pandas reads them; ValueError for a row with more cells than there are columns."""
+    """The cells as pandas reads them; ValueError for a row with too many cells."""
     import pandas as pd
 
     first = text.partition("\n")[0]  # whose further cells pandas drops

@@ -104,7 +104,7 @@ def test_headers_of_each_answer():
 
 @pytest.mark.parametrize("is_full", [False, True])
 def test_a_page_too_many_is_refused(is_full):
-    """In one line, while the parts of pages that are open are still served."""
+    """In one line, while the parts of open pages still have an answer."""
 
     async def statuses():
         (listener,) = bind_sockets(0, "127.0.0.1")

@@ -43,9 +43,9 @@ LOW = 0.9  # of the voltage needed, to which the storage voltage falls in a reco
 # s: of a packet that only tells when a storage capacitor is full; to wait for that
 INSTANT = 1e-6
 LONGEST = 30.0 * 86400.0
-# s of the first course towards a wake, the factor to the next, and a rise that is none, of the
-# highest voltage
-SOON, FURTHER, SAME = 3600.0, 4.0, 1e-9
+SOON = 3600.0  # s: the first course towards a wake
+LONGER = 4.0  # times as long is the next course
+SAME = 1e-9  # fraction of the highest voltage: a smaller rise ends the search
 FEW, MANY = 4, 12  # voltages at which the current is measured, of a device of many
 
 
@@ -245,7 +245,7 @@ def first_wake(run: "NodeRun") -> float | None:
             return None
         before = course.left.volts
         check_time(begin, seconds / LONGEST)
-        seconds *= FURTHER
+        seconds *= LONGER
 
 
 def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
