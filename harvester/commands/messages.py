@@ -15,7 +15,7 @@ from harvester.errors import InputError, shown
 _ARGUMENT = re.compile(r"`([a-z][a-z_]*)`")
 _OTHER_NAMES = {"ledger": "energy_balance"}  # of options, by argument
 _FILE = re.compile(r"`?\bFILE\b`?")
-MOST_LETTERS, LAST_LETTERS = 1400, 400  # letters of a whole error and at its end
+MOST_LETTERS, LAST_LETTERS = 1400, 400  # letters of an error, and at its end
 _WARNING = re.compile(r"^(\s*)(warning)(?=[:,])", re.MULTILINE)
 
 
