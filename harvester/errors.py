@@ -8,6 +8,7 @@ import re
 import reprlib
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
+from numbers import Integral
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -155,9 +156,11 @@ def named(error: Exception) -> HarvesterError:
         return SimulationError(
             f"the system refused: {error}; ulimit -u sets how many threads and processes may start"
         )
-    if isinstance(
-        error, OSError | ImportError
-    ):  # a full disk behind stdout; a library that is not loaded
+    if isinstance(error, OSError) and error.errno == errno.ENOSPC:  # a full disk behind stdout
+        return SimulationError(
+            f"the system refused: {error}: free some, or send the output elsewhere"
+        )
+    if isinstance(error, OSError | ImportError):  # as of a library that is not loaded
         return SimulationError(f"the system refused: {error}")
     what = f"{type(error).__name__}: {error}"
     return SimulationError(
@@ -256,7 +259,10 @@ def named_once(names: Sequence[str], argument: str) -> None:
 
 
 def names_arguments(target: T) -> T:
-    """Make a public function or class answer an unknown keyword with an `InputError` and the nearest match."""
+    """Make a public function or class answer an unknown keyword with an `InputError` and the nearest match.
+
+    A ``seed`` that is not a whole number of at least 0 is also one.
+    """
     function: Any = target.__init__ if isinstance(target, type) else target  # type: ignore[misc]
     known = []
     for name, parameter in inspect.signature(function).parameters.items():
@@ -272,6 +278,9 @@ def names_arguments(target: T) -> T:
         for name in options:
             if name not in known:
                 raise unknown(f"argument of {target.__name__}", name, known, UnknownArgumentError)
+        seed = options.get("seed", 0)
+        if seed is not None and (not isinstance(seed, Integral) or seed < 0):
+            raise invalid("`seed`", "be a whole number of at least 0", seed)
         return function(*arguments, **options)
 
     if isinstance(target, type):

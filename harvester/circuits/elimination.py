@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from harvester.arrays import Bools, Floats
+from harvester.netlists.part import UnservedError
 
 # of the largest coefficient of its column, in each sample: the least pivot that is taken
 SAFE = 1e-6
@@ -24,6 +25,8 @@ def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
 
     ``samples``, shape (samples, n, n), have rows of like size; ``pattern``, shape (n, n), is where
     any is not zero.
+
+    Raises UnservedError if no entry is left for a pivot, so that there is not one solution.
     """
     left, pattern = samples.copy(), pattern.copy()
     rows, columns = list(range(len(pattern))), list(range(len(pattern)))
@@ -35,7 +38,13 @@ def pivots(samples: Floats, pattern: Bools) -> list[tuple[int, int]]:
         share = (part / np.where(largest > 0.0, largest, 1.0)).min(axis=0) * near
         products = np.outer(near.sum(axis=1) - 1.0, near.sum(axis=0) - 1.0)
         off = 0.5 * np.not_equal.outer(rows, columns)  # among equals that of a node's own equation
-        cost = np.where(share >= min(SAFE, float(share.max())), products + off, np.inf)
+        if not near.any():
+            raise UnservedError(
+                "the netlist has no single solution: give inductors that are side by side a "
+                "coupling other than 1, or a resistor in series"
+            )
+        enough = near & (share >= min(SAFE, float(share.max())))
+        cost = np.where(enough, products + off, np.inf)
         i, j = np.unravel_index(int(cost.argmin()), cost.shape)
         row, column = rows.pop(int(i)), columns.pop(int(j))
         order.append((row, column))

@@ -50,7 +50,9 @@ def examples(name: str | None, out: str | None, as_json: bool) -> None:
         return
     if name not in scenes:
         raise unknown("example", name, scenes)
-    written = [str(path) for path in copy(scenes[name], Path(out or f"{name}.toml"))]
+    written = [
+        str(path) for path in copy(scenes[name], Path(f"{name}.toml" if out is None else out))
+    ]
     if as_json:
         click.echo(json.dumps({"written": written}))
         return

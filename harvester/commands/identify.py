@@ -83,7 +83,6 @@ def identify(
     from harvester.identification import identified_scene as scene_file
     from harvester.identification.identify import identify as study
     from harvester.machine.bars import Bar
-    from harvester.machine.files import folder
     from harvester.presentation.diagnostic import note
     from harvester.scene.schema import NAME
     from harvester.studies.prediction.priors import DEFAULT_CLASS
@@ -96,7 +95,6 @@ def identify(
     if path is not None:
         if path.suffix != ".toml":
             raise invalid("--out", "be a scene file that ends in .toml", out)
-        folder(path.parent)
         check(path, force)
     page = report_file(report, None if path is None else str(path.parent))
     points = _points(stated, prior)

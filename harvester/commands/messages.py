@@ -15,6 +15,7 @@ from harvester.errors import InputError, shown
 _ARGUMENT = re.compile(r"`([a-z][a-z_]*)`")
 _OTHER_NAMES = {"ledger": "energy_balance"}  # of options, by argument
 _FILE = re.compile(r"`?\bFILE\b`?")
+MOST_LETTERS, LAST_LETTERS = 1400, 400  # letters of an error, and at its end
 _WARNING = re.compile(r"^(\s*)(warning)(?=[:,])", re.MULTILINE)
 
 
@@ -71,10 +72,11 @@ def naming(file: str) -> Iterator[None]:
 
 
 def complain(text: str) -> None:
-    """Print an error as one line on stderr."""
-    text = typed(text)
+    """Print an error as one printable line on stderr, without its middle if it is long."""
+    text = " ".join(typed(text).split())
+    if len(text) > MOST_LETTERS:
+        text = f"{text[: MOST_LETTERS - LAST_LETTERS]} ... {text[-LAST_LETTERS:]}"
+    text = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in text)
     click.echo(
-        f"{click.style('harvester:', fg='red', bold=True)} {' '.join(text.split())}",
-        err=True,
-        color=coloured(),
+        f"{click.style('harvester:', fg='red', bold=True)} {text}", err=True, color=coloured()
     )

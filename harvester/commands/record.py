@@ -129,7 +129,7 @@ def record(
     if path is not None:
         if path.suffix != ".csv":
             raise invalid("--out", "be a file that ends in .csv", out)
-        files.folder(path.parent)
+        files.check_parent(path)
         another_file("--out", path, file, "the record")
     page = report_file(report, None if path is None else str(path.parent))
     with naming(file):

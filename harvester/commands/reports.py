@@ -45,7 +45,7 @@ def report_file(report: str | None, out: str | None) -> Path | None:
     from harvester.machine import files
 
     path = Path("." if out is None else out) / "report.html" if report == HERE else Path(report)
-    files.folder(path.parent, "out" if report == HERE and out is not None else "report")
+    files.check_parent(path, "out" if report == HERE and out is not None else "report")
     if path.is_dir():
         raise invalid("--report", "be a file", str(path))
     files.check_regular(path, "report")  # before the computation, not after it

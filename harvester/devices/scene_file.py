@@ -70,7 +70,7 @@ def _commented(line: str, comment: str) -> str:
 def check(path: Path, force: bool) -> None:
     """Refuse a file that cannot be made.
 
-    Raises InputError if it is there and not to be overwritten, or its folder is not there.
+    Raises InputError if it is there and not to be overwritten, or its folder cannot be made.
     """
     if path.exists() and not path.is_file():
         kind = "a folder" if path.is_dir() else "a device, pipe or socket"
@@ -79,10 +79,7 @@ def check(path: Path, force: bool) -> None:
         raise InputError(
             f"FILE must be new, but {shown(str(path))} is there: another name, or `force`"
         )
-    if not path.parent.is_dir():
-        raise InputError(
-            f"FILE must be in a folder that is there, but {shown(str(path.parent))} is not"
-        )
+    files.check_parent(path, "FILE")
 
 
 def write(path: Path, tables: Tables, force: bool) -> Problem:

@@ -1,15 +1,26 @@
 """How far a fit is off, and whether the device that was measured is the one that was fitted."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from harvester.identification.fit import Channel, DeviceFit
+from harvester.identification.measurement import Measurement
 from harvester.identification.misfit import pattern
-from harvester.presentation.diagnostic import Diagnostic, warning
+from harvester.presentation.diagnostic import Diagnostic, note, warning
 
 STRANGE = 0.05  # residual of a sweep from which on the model is doubted
 DOUBTFUL = 0.05  # share of a ring-down's samples left out from which on they are no outliers
+
+
+def left_out(measurements: Sequence[Measurement]) -> list[Diagnostic]:
+    """A note for each measurement that does not use all rows of its file."""
+    return [
+        note("rows_left_out", file=data.name, rows=len(data.left_out), first=data.left_out[0])
+        for data in measurements
+        if data.left_out
+    ]
 
 
 def residual_rms(best: DeviceFit) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from harvester.errors import InputError, invalid, names_arguments, unknown
 from harvester.identification import bounce, data_sheet, quantities, sheet_answers
 from harvester.identification.data_sheet import WIDE, DataSheet, read_sheet
-from harvester.identification.doubts import misfits, residual_rms
+from harvester.identification.doubts import left_out, misfits, residual_rms
 from harvester.identification.fit import DeviceFit, channels, fit
 from harvester.identification.identification_result import IdentificationResult, Parameter
 from harvester.identification.measurement import SHORT, Decay, Impedance, Measurement, thinned
@@ -134,6 +134,7 @@ def identified(
         remarks.append(note("one_state_alone", state=alone))
     if any(isinstance(data, Impedance) and not data.phase_known for data in measurements):
         remarks.append(note("magnitude_alone"))
+    remarks += left_out(measurements)
     return _answer(
         best=best,
         rivals=rivals,

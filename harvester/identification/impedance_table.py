@@ -62,6 +62,7 @@ _OF_COMPLEX = re.compile(  # Z', Zs_re, and (a), (b) of ZView
 _NAMES_OF_PARTS = {"z": "RX", "y": "GB"}
 _MINUS = ("-", "\u2212")
 _REFLECTION = re.compile(r"(?<![a-z])(?:s[ _]?11|gamma|reflection)(?![a-z\d])", re.IGNORECASE)
+PHASE = "a phase"
 MOST_RADIANS = 6.4  # a larger phase without a unit is in degrees
 AGREE = 0.02  # of two pairs of columns that state one impedance
 
@@ -105,7 +106,9 @@ def _plain(column: CsvColumn) -> CsvColumn:
 
 def _of_columns(table: CsvTable, f: Floats, key: str) -> tuple[Complexes, bool] | None:
     """The impedance of columns with plain names, as `impedance` returns it."""
-    parts = {name: values for name in _QUANTITIES if (values := _part(table, name)) is not None}
+    parts = {
+        name: values for name in _QUANTITIES if (values := _part(table, name, key)) is not None
+    }
     for size, angle in _phases(table, set(parts), key).items():
         parts[f"phase of {size}"] = angle
     if "q" in parts and "d" not in parts:
@@ -151,17 +154,18 @@ def _is_size(column: CsvColumn) -> bool:
     return bool(_QUANTITIES["z"][0] & set(column.words))
 
 
-def _part(table: CsvTable, name: str) -> Floats | None:
-    """The numbers of a quantity in SI units; None if no column has it."""
+def _part(table: CsvTable, name: str, key: str) -> Floats | None:
+    """The numbers of a quantity in SI units; None if no column has it; raises as `only`."""
     names, kind = _QUANTITIES[name]
+    columns = list[CsvColumn]()
     for column in table.columns:
-        if name in "zy" and set(column.words) & _OF_PARTS:
+        if name in "zy" and set(column.words) & (_OF_PARTS | _PHASE):
             continue
         if column.name.strip("|").lower() in names or names & set(column.words):
             values = column.in_si(kind)
             if values is not None or not column.stated:
-                return column.values if values is None else values
-    return None
+                columns.append(replace(column, values=column.values if values is None else values))
+    return only(columns, key, kind.name).values if columns else None
 
 
 def _phases(table: CsvTable, sizes: set[str], key: str) -> Parts:
@@ -174,11 +178,11 @@ def _phases(table: CsvTable, sizes: set[str], key: str) -> Parts:
         size: [column for column in columns if set(column.words) & words]
         for size, words in (("z", _OF_IMPEDANCE), ("y", _OF_ADMITTANCE))
     }
-    angles = {size: _radians(_only(some, key), key) for size, some in named.items() if some}
+    angles = {size: _radians(only(some, key, PHASE), key) for size, some in named.items() if some}
     if angles or not columns or not sizes & {"z", "y"}:
         return angles
     thetas = [column for column in columns if set(column.words) & _OF_ANALYSERS]
-    column = _only(thetas or columns, key)
+    column = only(thetas or columns, key, PHASE)
     if {"z", "y"} <= sizes:
         raise InputError(
             f"{key} must name the phase of |Z| or |Y|, but column {column.name!r} names neither: "
@@ -193,19 +197,25 @@ def phase(table: CsvTable, key: str) -> Floats | None:
     Raises InputError, which begins with ``key``, for several, and for an unknown unit.
     """
     columns = _phase_columns(table)
-    return _radians(_only(columns, key), key) if columns else None
+    return _radians(only(columns, key, PHASE), key) if columns else None
 
 
 def _phase_columns(table: CsvTable) -> list[CsvColumn]:
     return table.find(lambda column: bool(set(column.words) & _PHASE) and column.texts is None)
 
 
-def _only(columns: Sequence[CsvColumn], key: str) -> CsvColumn:
-    """The one of several columns of phases; InputError if there are more."""
-    if len(columns) > 1:
+def only(columns: Sequence[CsvColumn], key: str, name: str) -> CsvColumn:
+    """The one column of a quantity, which may be repeated with the same numbers.
+
+    Raises InputError, which begins with ``key``, if there are several.
+    """
+    first = columns[0]
+    if any(not np.array_equal(first.values, other.values, equal_nan=True) for other in columns):
         names = ", ".join(column.name for column in columns)
-        raise InputError(f"{key} must have one phase, but has {shown(names)}: delete the others")
-    return columns[0]
+        raise InputError(
+            f"{key} must have one column of {name}, but has {shown(names)}: delete the others"
+        )
+    return first
 
 
 def _radians(column: CsvColumn, key: str) -> Floats:

@@ -19,7 +19,7 @@ OPEN = math.inf
 class Impedance:
     """Impedance Z in ohm at frequencies f in Hz, both of shape (n,); ``clamped``: with the mass held.
 
-    If the phase is not known, z is the magnitude.
+    If the phase is not known, z is the magnitude.  ``left_out`` are rows of the file, from 1.
     """
 
     name: str
@@ -27,6 +27,7 @@ class Impedance:
     z: Complexes
     clamped: bool = False
     phase_known: bool = True
+    left_out: tuple[int, ...] = ()
 
     @property
     def state(self) -> str:
@@ -36,10 +37,14 @@ class Impedance:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _OverLoad:
-    """A measurement over a ``load`` in ohm: ``of`` voltage, displacement, speed or acceleration."""
+    """A measurement over a ``load`` in ohm: ``of`` voltage, displacement, speed or acceleration.
+
+    ``left_out`` are rows of the file, from 1.
+    """
 
     load: float
     of: str
+    left_out: tuple[int, ...] = ()
 
     @property
     def state(self) -> str:
@@ -99,6 +104,11 @@ def thinned(data: Measurement, most: int) -> Measurement:
     points = max(map(len, arrays.values()))
     pick = slice(None, None, max(1, points // (8 * most if isinstance(data, Decay) else most)))
     return dataclasses.replace(data, **{name: values[pick] for name, values in arrays.items()})
+
+
+def rows_left_out(used: Any, rows: Any = True) -> tuple[int, ...]:
+    """The numbers, from 1, of the ``rows`` of a file that are not used; both of shape (n,)."""
+    return tuple(int(row) + 1 for row in np.flatnonzero(~used & rows))
 
 
 def finite(*columns: Floats) -> Any:

@@ -11,6 +11,7 @@ in a column's name (`voltage at 100 kohm (V/g)`), or in a comment (`# load: 100 
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ import numpy as np
 from harvester.arrays import Complexes, Floats
 from harvester.errors import InputError, invalid, refused, shown
 from harvester.identification import instrument_files
-from harvester.identification.impedance_table import OHM, impedance
+from harvester.identification.impedance_table import OHM, impedance, only
 from harvester.identification.impedance_table import phase as phase_of
 from harvester.identification.measurement import (
     OPEN,
@@ -29,6 +30,7 @@ from harvester.identification.measurement import (
     Impedance,
     Measurement,
     finite,
+    rows_left_out,
 )
 from harvester.machine import files
 from harvester.quantities.kinds import FREQUENCY, RESISTANCE, Kind, with_prefix
@@ -38,6 +40,7 @@ from harvester.records.named_columns import is_frequency, is_time
 from harvester.records.plain_text import decoded
 from harvester.records.record_clock import times
 
+_LOADS = {"load", "resistance", "rload", "rl"}  # words of a column
 FEWEST = 12  # points of a measurement
 _PER_G = {
     "voltage": Kind("a voltage per acceleration", "V/(m/s^2)", "'10 V/g'", gravity=True),
@@ -83,10 +86,7 @@ def read_files(names: tuple[str, ...]) -> list[Measurement]:
 
 def read_file(name: str) -> list[Measurement]:
     """The measurements of one file: one for each load that it holds."""
-    path, at, state = name.rpartition("@")
-    if not at or Path(name).exists():
-        path = name
-        state = ""
+    path, state = _path_and_state(name)
     label = Path(path).name
     key = f"FILE {shown(label)}"
     text = decoded(files.read(path, "FILE", MOST_BYTES), path, "FILE")
@@ -100,7 +100,7 @@ def read_file(name: str) -> list[Measurement]:
     load, clamped = _state(state, table.remarks, key)
     _refuse_texts(table, key)
     if frequencies := table.find(is_frequency):
-        f = _in_hertz(frequencies[0], key)
+        f = only([_in_hertz(column, key) for column in frequencies], key, FREQUENCY.name).values
         with np.errstate(divide="ignore", invalid="ignore"):  # a zero in the table has no inverse
             answer = impedance(table, f, key)
         if answer is not None:
@@ -116,6 +116,19 @@ def read_file(name: str) -> list[Measurement]:
             "line above the numbers, and the frequencies in a column of their own"
         )
     raise InputError(f"{key} must hold {FORMS}, but has {shown(table.heads)}")
+
+
+def _path_and_state(name: str) -> tuple[str, str]:
+    """The path of a file, and the state behind an @ after it; "" if there is no @."""
+    path, at, state = name.rpartition("@")
+    if not at or Path(name).exists():
+        return name, ""
+    if not state.strip():
+        raise InputError(
+            f"FILE {shown(Path(path).name)} must have a state behind the @, such as @100k, but has "
+            "none: add it, or leave the @ out"
+        )
+    return path, state
 
 
 def _refuse_texts(table: CsvTable, key: str) -> None:
@@ -135,7 +148,7 @@ def _of_impedance(
     _enough(good, key)
     _check_sizes(f[good], key, "frequencies (Hz)")
     _check_sizes(np.abs(z[good]), key, "impedances (ohm)")
-    return Impedance(label, f[good], z[good], clamped, phase_known)
+    return Impedance(label, f[good], z[good], clamped, phase_known, rows_left_out(good))
 
 
 def _state(state: str, remarks: Iterable[str], key: str) -> tuple[float | None, bool]:
@@ -155,12 +168,12 @@ def _refuse_load(state: str, load: float | None, key: str) -> None:
         )
 
 
-def _in_hertz(column: CsvColumn, key: str) -> Floats:
-    """A column of frequencies, in Hz if it has no unit."""
+def _in_hertz(column: CsvColumn, key: str) -> CsvColumn:
+    """A column of frequencies with its numbers in Hz, which they are if it has no unit."""
     f = column.in_si(FREQUENCY)
     if f is None and column.stated:
         raise invalid(f"{key} column {column.name!r}", "have a unit such as Hz", column.stated)
-    return column.values if f is None else f
+    return column if f is None else replace(column, values=f)
 
 
 def _load(text: str, key: str) -> float:
@@ -180,7 +193,7 @@ def _responses(
     """A response for each column and load."""
     phase = phase_of(table, key)
     responses = []
-    loads = _load_column(table)
+    loads = _load_column(table, key)
     for column in table.columns:
         for of, kind in _PER_G.items():
             size = column.in_si(kind) if not is_frequency(column) else None
@@ -205,11 +218,16 @@ def _responses(
                 _check_sizes(f[good], key, "frequencies (Hz)")
                 _check_sizes(np.abs(size[good]), key, f"{of}s per acceleration in SI units")
                 angle = None if phase is None else phase[good]
-                responses.append(
-                    BaseResponse(
-                        label, f[good], np.abs(size[good]), angle, load=float(resistance), of=of
-                    )
+                response = BaseResponse(
+                    label,
+                    f[good],
+                    np.abs(size[good]),
+                    angle,
+                    load=float(resistance),
+                    of=of,
+                    left_out=rows_left_out(good, every == resistance),
                 )
+                responses.append(response)
             break
     return list(responses)
 
@@ -232,45 +250,54 @@ def _refuse_shorted(of: str, load: float, label: str, key: str, in_column: bool)
         )
 
 
-def _load_column(table: CsvTable) -> Floats | None:
-    columns = table.find(
-        lambda c: (
-            bool({"load", "resistance", "rload", "rl"} & set(c.words)) and c.scale(OHM) is not None
-        )
-    )
-    return columns[0].in_si(OHM) if columns else None
+def _load_column(table: CsvTable, key: str) -> Floats | None:
+    columns = [
+        replace(column, values=loads)
+        for column in table.find(lambda c: bool(_LOADS & set(c.words)))
+        if (loads := column.in_si(OHM)) is not None
+    ]
+    return only(columns, key, RESISTANCE.name).values if columns else None
+
+
+def _of_ring_down(table: CsvTable, key: str) -> tuple[str, CsvColumn]:
+    """The quantity that rings down, and its column, in SI units."""
+    columns = [
+        (of, replace(column, values=y))
+        for of, kind in _DECAYS.items()
+        for column in table.columns
+        if not is_time(column) and (y := column.in_si(kind)) is not None
+    ]
+    if not columns:
+        raise InputError(f"{key} must hold {FORMS}, but has {shown(table.heads)}")
+    return columns[0][0], only([column for _, column in columns], key, "a ring-down")
 
 
 def _decay(table: CsvTable, label: str, key: str, load: float | None) -> Decay:
     """The ring-down of a table."""
     t = times(table, key)
     assert t is not None
-    loads = _load_column(table)
+    loads = _load_column(table, key)
     several = [] if loads is None else np.unique(loads[~np.isnan(loads)]).tolist()
     if len(several) > 1:
         raise InputError(
             f"{key} must be a ring-down over one load, but its column of loads has {len(several)} values"
         )
-    for of, kind in _DECAYS.items():
-        for column in table.columns:
-            y = None if is_time(column) else column.in_si(kind)
-            if y is None:
-                continue
-            good = finite(t, y)
-            _enough(good, key)
-            if not (np.diff(t[good]) > 0.0).all():
-                raise InputError(
-                    f"{key} must have ascending times, but has not: 'harvester record FILE' mends a record"
-                )
-            if not np.ptp(y[good]) > 0.0:
-                raise InputError(f"{key} must show a ring-down, but its {of} is constant")
-            _check_sizes(np.ptp(t[good]), key, "a length (s)")
-            _check_sizes(np.abs(y[good]).max(), key, f"a largest {of} in SI units")
-            written = _LOAD.search(column.name)
-            mine = several[0] if several else _load(written[1], key) if written else load
-            mine = (OPEN if of == "voltage" else SHORT) if mine is None else mine
-            return Decay(label, t[good], y[good], load=mine, of=of)
-    raise InputError(f"{key} must hold {FORMS}, but has {shown(table.heads)}")
+    of, column = _of_ring_down(table, key)
+    y = column.values
+    good = finite(t, y)
+    _enough(good, key)
+    if not (np.diff(t[good]) > 0.0).all():
+        raise InputError(
+            f"{key} must have ascending times, but has not: 'harvester record FILE' mends a record"
+        )
+    if not np.ptp(y[good]) > 0.0:
+        raise InputError(f"{key} must show a ring-down, but its {of} is constant")
+    _check_sizes(np.ptp(t[good]), key, "a length (s)")
+    _check_sizes(np.abs(y[good]).max(), key, f"a largest {of} in SI units")
+    written = _LOAD.search(column.name)
+    mine = several[0] if several else _load(written[1], key) if written else load
+    mine = (OPEN if of == "voltage" else SHORT) if mine is None else mine
+    return Decay(label, t[good], y[good], load=mine, of=of, left_out=rows_left_out(good))
 
 
 def _enough(good: Any, key: str) -> None:

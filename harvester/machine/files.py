@@ -42,6 +42,24 @@ def folder(path: str | Path, argument: str = "out") -> Path:
     return path
 
 
+def check_parent(path: Path, argument: str = "out") -> None:
+    """Check that the folder of a file is there or can be made by `write`; nothing is made yet.
+
+    Raises InputError, which names the ``argument``, if not.
+    """
+    there = path.parent
+    try:
+        while not there.exists():
+            there = there.parent
+        with tempfile.TemporaryFile(dir=there):
+            pass
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"`{argument}` must be in a folder that can be written, but {shown(str(path.parent))} "
+            f"is not: {_cause(error)}"
+        ) from None
+
+
 def read(path: str | Path, argument: str, most: int) -> bytes:
     """Read a file of at most ``most`` bytes; errors begin with ``argument``, such as "`points`".
 
@@ -102,17 +120,20 @@ def remove(path: Path, argument: str = "out") -> None:
 def write(path: Path, content: str | bytes | Iterable[bytes], argument: str = "out") -> None:
     """Write a file, which gets its name only when it is complete; errors name the ``argument``.
 
-    ``content`` is one piece or several.  The file is written under a name that nothing has had, and
-    both it and its folder are flushed to the disk.
+    Its folder is made if it is missing.  ``content`` is one piece or several.  The file is written
+    under a name that nothing has had, and both it and its folder are flushed to the disk.
 
     Raises InputError if the disk or the folder refuses it, or if the name is that of a link,
     a device, a pipe or a socket; an older file of that name stays as it was.
     """
     if isinstance(content, str):
         content = content.encode()
+    if path.name in ("", ".."):
+        raise invalid(f"`{argument}`", "be the path of a file", str(path))
     check_regular(path, argument)
     beside: Path | None = None
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         beside, number = _new_beside(path)
         with os.fdopen(number, "wb") as file:
             file.writelines([content] if isinstance(content, bytes) else content)

@@ -15,6 +15,7 @@ from harvester.machine import files
 
 MOST_BYTES = 262_144  # of a netlist with all that it includes
 # one of which every file of a netlist has
+DEEPEST = 100  # files that include each other in turn
 KNOWN = (".subckt", ".model", ".param", ".include", ".inc", ".lib")
 FLAT = (".title", ".end")  # or one of these, a flat netlist
 INSIDE = "/./"  # in a path: the folder before it is the one that the netlist must not leave
@@ -86,6 +87,11 @@ def _with_included(
     lines: list[Line], path: Path, root: Path, chain: tuple[Path, ...], left: list[int]
 ) -> Iterator[Line]:
     """Yield lines of the file ``path``, and in place of those that name a file or a section of one its lines."""
+    if len(chain) >= DEEPEST:
+        raise InputError(
+            f"netlist {path.name} must be at most {DEEPEST} files deep, but is deeper: include the "
+            "last of them from the first"
+        )
     reading = (*chain, path.resolve())
     for line in lines:
         named = library_of(line)

@@ -283,8 +283,11 @@ def _part(element: Element, scope: Scope, call: _Call) -> CircuitPart:
                 element.line.text[:60],
             )
         options["m"] = call.m
-    if options.get("m") == 0.0:
-        raise InputError(f"{where}, m, must not be 0: delete the line of an absent element")
+    if not options.get("m", 1.0) > 0.0:
+        raise InputError(
+            f"{where}, m, must be above 0, as so many elements are side by side, but is "
+            f"{options['m']:g}: delete the line of an absent element"
+        )
     model = _model(element, scope)
     form = element.form
     if (current := _ideal(element, model)) is not None:

@@ -22,7 +22,7 @@ from harvester.presentation.diagnostic import Diagnostic, note
 from harvester.quantities.kinds import Kind
 from harvester.quantities.units import LARGEST, prefix_factor
 from harvester.records.csv_cells import columns_of, refuse_ragged, rows_of
-from harvester.records.csv_layout import Layout, layout
+from harvester.records.csv_layout import Layout, cells, layout
 from harvester.records.json_records import as_csv
 from harvester.records.plain_text import decoded, most_cells, refuse_forms
 from harvester.records.preamble import NOTHING, Preamble
@@ -213,8 +213,12 @@ def table_of(form: Layout, text: str, path: str | Path, argument: str) -> CsvTab
 
 
 def _frame(form: Layout, text: str, **options: Any) -> Any:
+    """The cells as pandas reads them; ValueError for a row with too many cells."""
     import pandas as pd
 
+    first = text.partition("\n")[0]  # whose further cells pandas drops
+    if any(cell.strip() for cell in cells(first, form.delimiter)[form.raw_cells :]):
+        raise ValueError("the first row has more cells than there are columns")
     return pd.read_csv(
         io.StringIO(text),
         sep=r"\s+" if form.delimiter == " " else form.delimiter,
@@ -238,13 +242,13 @@ def _table(form: Layout, text: str, path: str | Path, argument: str) -> CsvTable
     except ValueError:  # pandas' ParserError too: a row with more cells than there are columns
         raise refuse_ragged(form, lines, path, argument) from None
     columns, bad = [], []
-    for cells in columns_of(form, frame, argument):
-        k = cells.column
-        bad += [(row + 1, k, text) for row, text in cells.lost]
-        head = cells.head or form.heads[k]
-        if head or cells.texts is not None or np.isfinite(cells.values).any():
+    for column in columns_of(form, frame, argument):
+        k = column.column
+        bad += [(row + 1, k, text) for row, text in column.lost]
+        head = column.head or form.heads[k]
+        if head or column.texts is not None or np.isfinite(column.values).any():
             columns.append(
-                CsvColumn(head, form.units[k], cells.values, k, cells.clock, cells.texts)
+                CsvColumn(head, form.units[k], column.values, k, column.clock, column.texts)
             )
     every = tuple(columns)
     remarks = form.remarks

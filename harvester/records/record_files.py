@@ -204,7 +204,8 @@ def _with_slopes(text: str, path: str, key: str) -> TabulatedDensity:
     _, densities = numbers(
         replace(table, columns=columns), key, _is_density, "psd", ACCELERATION_PSD
     )
-    scale = float(f[0] / frequency.values[0])
+    known = int(np.argmax(frequency.values != 0.0))  # 0 Hz has no scale
+    scale = float(f[known] / frequency.values[known])
     highs = np.array(ends[len(ends) - len(f) :]) * scale
     rows = [
         Row(float(low), float(low if math.isnan(high) else high), float(value), float(slope))

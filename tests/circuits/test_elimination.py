@@ -7,7 +7,7 @@ import harvester as hv
 from harvester.circuits.elimination import lines_of, pivots
 from harvester.circuits.newton_parts import LARGEST
 from harvester.equations.problem import Problem
-from tests.support.netlists import compiled
+from tests.support.netlists import BRIDGE, STORE, compiled, on_plate
 
 
 def solved(matrix, right, order, pattern):
@@ -115,3 +115,12 @@ def test_ladders_of_many_diodes_have_one_source(tmp_path):
     assert few.text == many.text
     assert len(many.arguments) < 3 * len(few.arguments)
     assert shorter > longer > 0.0
+
+
+@pytest.mark.ngspice
+@pytest.mark.parametrize("engine", [hv.Compiled, hv.Spice])
+def test_equations_without_one_solution_are_refused(tmp_path, engine):
+    """Two inductors side by side that are coupled perfectly: how the current divides is open (a KeyError before)."""
+    body = BRIDGE.format("BAT54") + STORE + "L1 p n 1\nL2 p n 1\nK1 L1 L2 1"
+    with pytest.raises(hv.CannotServeError, match="has no single solution: give inductors"):
+        engine(trajectories=2, duration=1.0).run(on_plate(tmp_path, body))

@@ -506,7 +506,8 @@ def test_stdout_that_takes_nothing(stdout, status):
     assert done.stderr == (
         ""
         if status == "0"
-        else "harvester: the system refused: [Errno 28] No space left on device\n"
+        else "harvester: the system refused: [Errno 28] No space left on device: free some, or send the "
+        "output elsewhere\n"
     )
 
 

@@ -79,8 +79,8 @@ def test_nothing_is_overwritten(harvester, tmp_path):
         ),
         (("plate", "--out", "x.txt"), "FILE must end in .toml, but is 'x.txt'"),
         (
-            ("plate", "--out", "nowhere/x.toml"),
-            "FILE must be in a folder that is there, but 'nowhere' is not",
+            ("plate", "--out", "/proc/nowhere/x.toml"),
+            "FILE must be in a folder that can be written, but '/proc/nowhere' is not: No such file or directory",
         ),
     ],
 )

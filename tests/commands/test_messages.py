@@ -4,6 +4,7 @@ import pytest
 
 import harvester as hv
 from tests.support.datasheet import NOISE, SHEET
+from tests.support.judge import refusal
 from tests.support.paths import EXAMPLES
 
 PLATE = str(EXAMPLES / "plate.toml")
@@ -143,3 +144,19 @@ def test_errors_about_a_file_say_its_name(harvester, tmp_path, command):
     status, _, err = harvester(command, path)
     assert status == 2
     assert err.startswith("harvester: FILE 'shaker.csv' ")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("keys", "x" * 100_000),
+        ("run", "plate.toml", "x" * 100_000),
+        ("tour", "a \u202e b"),
+        ("explore", "--port", "9" * 100_000),
+        ("charge", str(EXAMPLES / "plate_bridge.toml"), "--to", "1V", "--probe", "x" * 100_000),
+    ],
+    ids=range(5),
+)
+def test_an_error_is_one_line_that_can_be_read(harvester, words):
+    """Odd words were repeated as they are: 100,000 letters, or characters that turn the line round."""
+    assert refusal(*harvester(*words)) == ""

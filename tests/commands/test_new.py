@@ -162,8 +162,8 @@ def test_never_over_a_file_unasked(harvester, tmp_path):
     assert hv.load(path).oscillator.mass == 0.04
     assert harvester("new", tmp_path, *options(SHEET), "--force")[0] == 2
     assert (
-        "FILE must be in a folder that is there"
-        in harvester("new", tmp_path / "no" / "a.toml", *options(SHEET))[2]
+        "FILE must be in a folder that can be written"
+        in harvester("new", path / "a.toml", *options(SHEET))[2]
     )
 
 

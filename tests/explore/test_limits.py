@@ -1,5 +1,6 @@
 """Limits of the page for links and sessions, and the headers of its answers."""
 
+import asyncio
 import base64
 import http.client
 import time
@@ -8,9 +9,14 @@ import zlib
 from pathlib import Path
 
 import pytest
+from tornado.httpclient import AsyncHTTPClient
+from tornado.httpserver import HTTPServer
+from tornado.netutil import bind_sockets
+from tornado.web import Application
 
 import harvester as hv
 from harvester.explore import links
+from harvester.explore.guard import FULL, Guard
 from tests.support.browser import serving
 from tests.support.paths import EXAMPLES, ROOT
 
@@ -94,3 +100,25 @@ def test_headers_of_each_answer():
             assert headers["X-Content-Type-Options"] == "nosniff"
             assert headers["X-Frame-Options"] == "DENY"
             assert not [name for name in headers if name.startswith("Access-Control-")]
+
+
+@pytest.mark.parametrize("is_full", [False, True])
+def test_a_page_too_many_is_refused(is_full):
+    """In one line, while the parts of open pages still have an answer."""
+
+    async def statuses():
+        (listener,) = bind_sockets(0, "127.0.0.1")
+        host = f"127.0.0.1:{listener.getsockname()[1]}"
+        server = HTTPServer(Guard(Application(), "token", (host,), lambda: is_full))
+        server.add_socket(listener)
+        paths = ("token/", "token/static/a.js", "")
+        got = [
+            await AsyncHTTPClient().fetch(f"http://{host}/{path}", raise_error=False)
+            for path in paths
+        ]
+        server.stop()
+        return [answer.code for answer in got], got[0].body
+
+    codes, body = asyncio.run(statuses())
+    assert codes == [503 if is_full else 404, 404, 403]
+    assert (body == FULL) is is_full

@@ -206,5 +206,6 @@ def test_a_full_stdout_is_one_line(tmp_path, line):
         )
     assert (done.returncode, done.stderr) == (
         3,
-        "harvester: the system refused: [Errno 28] No space left on device\n",
+        "harvester: the system refused: [Errno 28] No space left on device: free some, or send the "
+        "output elsewhere\n",
     )

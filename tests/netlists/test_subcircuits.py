@@ -1,5 +1,7 @@
 """Every element of a netlist with a plain value is a parameter by its name, of boards from KiCad as well."""
 
+from pathlib import Path
+
 import pytest
 
 import harvester as hv
@@ -56,9 +58,29 @@ def test_elements_of_a_flat_netlist_are_keys():
     )
 
 
-@pytest.mark.parametrize("kind", ["R", "L", "C"])
-def test_no_element_is_there_0_times(tmp_path, kind):
-    """A resistor with m=0 ended in a division by zero."""
-    netlist = written(tmp_path, BODY + f"\n{kind}9 c b 1 m=0")
-    with pytest.raises(hv.InputError, match=r"^netlist board\.cir line [0-9]+, m, must not be 0: "):
+@pytest.mark.parametrize("number", ["0", "-1"])
+@pytest.mark.parametrize("line", ["R9 c b 1", "L9 c b 1", "C9 c b 1", "D9 c b dio", "I9 c b 1u"])
+def test_elements_side_by_side_are_more_than_none(tmp_path, line, number):
+    """A resistor with m=0 ended in a division by zero; with m=-1 it gave power without a word."""
+    netlist = written(tmp_path, BODY + f"\n.model dio d\n{line} m={number}")
+    says = rf"^netlist board\.cir line [0-9]+, m, must be above 0, .* but is {number}: delete"
+    with pytest.raises(hv.InputError, match=says):
         load_circuit(hv.Load(netlist=netlist))
+
+
+def test_files_that_include_each_other_for_ever_deeper(tmp_path):
+    """Three thousand of them ended in a RecursionError."""
+    for k in range(3000):
+        (tmp_path / f"n{k}.inc").write_text(f".include n{k + 1}.inc\n")
+    (tmp_path / "n3000.inc").write_text("* the last\n")
+    netlist = written(tmp_path, BODY + "\n.include n0.inc")
+    with pytest.raises(hv.InputError, match=r"must be at most 100 files deep, but is deeper"):
+        load_circuit(hv.Load(netlist=netlist))
+
+
+def test_a_subcircuit_is_called_more_than_no_times(tmp_path):
+    """Also for a call, whose m is that of each element in it."""
+    netlist = Path(written(tmp_path, BODY + "\nX9 c b two m=-2"))
+    netlist.write_text(netlist.read_text() + ".subckt two a b\nR1 a b 1k\n.ends\n")
+    with pytest.raises(hv.InputError, match=r", m, must be above 0, .* but is -2: delete"):
+        load_circuit(hv.Load(netlist=str(netlist)))

@@ -70,6 +70,21 @@ def test_a_keyword_like_none(name):
         getattr(hv, name)(*REQUIRED.get(name, ()), xyzzy_qq=1)
 
 
+SEEDED = [
+    name
+    for name in NAMES
+    if name not in HIDDEN and "seed" in inspect.signature(getattr(hv, name)).parameters
+]
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, "1"])
+@pytest.mark.parametrize("name", SEEDED)
+def test_a_seed_is_a_whole_number(name, seed):
+    """`densities --seed -1` was an internal error after the computation."""
+    with pytest.raises(hv.InputError, match=r"^`seed` must be a whole number of at least 0, but"):
+        getattr(hv, name)(*REQUIRED.get(name, (SCENE,)), seed=seed)
+
+
 @pytest.mark.parametrize("engine", ["published", "averaged"])
 def test_an_option_that_would_be_ignored(engine):
     """A formula has no trajectories: the number that was asked for would do nothing."""

@@ -71,3 +71,12 @@ def test_slopes_that_no_value_determines(tmp_path, rows, says):
     with pytest.raises(InputError) as caught:
         read_density(str(tmp_path / "a.csv"))
     assert says in str(caught.value)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_table_that_begins_at_0_hz(tmp_path):
+    """The unit of its ends was the quotient of two zeros, a nan, as which the error quoted a slope."""
+    text = "f (Hz),psd (g^2/Hz)\n0-20,0.01\n20-80,+3 dB/oct\n80-200,0.04\n"
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(InputError, match="must have two ascending frequencies above 0"):
+        read_density(str(tmp_path / "a.csv"))

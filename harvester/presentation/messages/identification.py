@@ -3,6 +3,10 @@
 from collections.abc import Callable
 
 MESSAGES: dict[str, str | Callable[..., str]] = {
+    "rows_left_out": lambda file, rows, first: (
+        f"{file}: {rows} of its rows {'was' if rows == 1 else 'were'} left out (first: row {first}): "
+        "a frequency that is not above 0, a size of 0, or an empty cell"
+    ),
     "ring_down_meets_a_stop": "the ring-down meets a stop: fitted as flights and impacts in short circuit",
     "magnitude_alone": "the phase is not known: the loss and the quality factor are those of the magnitude alone, and a capacitance is assumed; a phase gives narrower intervals",
     "one_state_alone": "one ring-down in {state} gives the frequency and quality there; those in short circuit and the coupling need a ring-down in another state (FILE@short, FILE@open, FILE@470k) or an impedance",

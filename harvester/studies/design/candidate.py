@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,9 +25,13 @@ from harvester.storage.bought_parts import CHIPS, COILS, BoughtCoil
 from harvester.storage.measured_current import JUDGE, Rectifier, measured
 from harvester.storage.recorded_current import AnyCurrent, recorded
 from harvester.storage.supply import Supply
+from harvester.storage.time_limit import check_time, working_seconds
 from harvester.studies.charging.by_slow import refusal_of_slow
 from harvester.studies.design.design_need import DesignNeed
 from harvester.uncertainty.value import Value, amount
+
+if TYPE_CHECKING:
+    from harvester.storage.node_run import NodeRun
 
 # of capacitors (F)
 SERIES = "E6"
@@ -38,6 +43,9 @@ LOW = 0.9  # of the voltage needed, to which the storage voltage falls in a reco
 # s: of a packet that only tells when a storage capacitor is full; to wait for that
 INSTANT = 1e-6
 LONGEST = 30.0 * 86400.0
+SOON = 3600.0  # s: the first course towards a wake
+LONGER = 4.0  # times as long is the next course
+SAME = 1e-9  # fraction of the highest voltage: a smaller rise ends the search
 FEW, MANY = 4, 12  # voltages at which the current is measured, of a device of many
 
 
@@ -211,8 +219,33 @@ def _on_record(candidate: Candidate, scene: Scene, needed: DesignNeed) -> Given:
     kept = float((np.maximum.accumulate(ahead) - ahead).max()) if power > needed.power else 0.0
     store = Storage(capacitance=capacitance(needed, scene, kept))
     with compilation():
-        first = NodeRun(currents.best, store, node, chip).course(LONGEST).first
+        first = first_wake(NodeRun(currents.best, store, node, chip))
     return Given(known, math.inf if first is None else first, None, currents.steps, kept)
+
+
+def first_wake(run: "NodeRun") -> float | None:
+    """The time (s) of a node's first packet on a record; None if there is none in `LONGEST`.
+
+    The course is followed for more and more repetitions of the record.  It begins with an empty
+    storage capacitor, so the voltage at their ends never falls: once it no longer rises, the node
+    never wakes.
+
+    Raises TooLittleTimeError at the end of a budget.
+    """
+    begin = working_seconds()
+    record = run.length * len(run.charging)
+    seconds = record * math.ceil(SOON / record)
+    before = -math.inf
+    while True:
+        course = run.course(min(seconds, LONGEST))
+        assert course.left is not None, "a course without a packet has an end"
+        if course.first is not None or seconds >= LONGEST:
+            return course.first
+        if course.left.volts <= before + SAME * run.top:
+            return None
+        before = course.left.volts
+        check_time(begin, seconds / LONGEST)
+        seconds *= LONGER
 
 
 def capacitance(needed: DesignNeed, scene: Scene, kept: float = 0.0) -> float:
