@@ -26,8 +26,8 @@ def driven_motion(problem: Problem, pair: "RichardsonPair") -> dict[str, float]:
     that comes back.
     """
     from harvester.mechanics.ensemble.coexisting_responses import sections
+    from harvester.mechanics.kernels.coefficients import BATCH
     from harvester.mechanics.kernels.forcing import forcing
-    from harvester.mechanics.kernels.trajectory_batch import BATCH
     from harvester.mechanics.largest_swing import peak
     from harvester.mechanics.periodic import MULTIPLES
 
