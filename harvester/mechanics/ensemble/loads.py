@@ -202,7 +202,7 @@ class WithResistor:
         return batch
 
     def _put_back(self, part: Batch, batch: Batch, state: Floats) -> None:
-        """Write to the batch, and its ``state``, what is in a ``part`` that `_ordered` made."""
+        """Write the results in ``part``, made by `_ordered`, to the batch and its ``state``."""
 
     def mid_drift(
         self, batch: Batch, state: Floats, out: Floats, h: float, shaker: Filter | None
@@ -387,7 +387,7 @@ class ModesWithResistor(WithResistor):
         return batch._replace(state=both)
 
     def _put_back(self, part: Batch, batch: Batch, state: Floats) -> None:
-        """Write the state to its places, and add what is below it to the controls."""
+        """Write the state to its places, and add the rows below it to the controls."""
         rows = len(self.order)
         state[self.order] = part.state[:rows]
         if batch.controls is not None:

@@ -1,6 +1,6 @@
 """Questions of a driver to any mechanics and any load, answered by the types of both.
 
-A driver is written once: that of a recorded path (`harvester.mechanics.trace`), and that of many
+A driver is written once, for a recorded path (`harvester.mechanics.trace`) and for many
 trajectories (`harvester.mechanics.kernels.trajectory_batch`). It asks the questions below about the
 state, the coefficients ``c`` and the ``load``, and is compiled with the answers for their types
 (`harvester.mechanics.kernels.compiled.version_of`):
@@ -12,13 +12,13 @@ state, the coefficients ``c`` and the ``load``, and is compiled with the answers
     ideal circuit       `IdealLoad`, `IdealCircuit`      both files
     compiled circuit    `NetlistLoad`, `NetlistLoads`    `harvester.circuits.circuit_batch`
 
-The first type of a load is that of one trajectory, the second, if there is one, that of many.
+The first type of a load is for one trajectory, the second, if there is one, for many.
 
-The states of many, ``z``, are one array of shape (rows x BATCH,) with the rows y_1, ... of n
-coordinates, v_1, ..., V, and those of a circuit, U and of an ideal one m.  Places that differ by
-constants are known to the compiler not to be the same, so that loops over trajectories become
-vector instructions.  A state ``s`` is a `State` of numbers, or the number of the trajectory whose
-rows of z it is: no tuple with an array in it, which would count references in these loops.
+The states of many, ``z``, are one array of shape (rows x BATCH,): the n coordinates y, their speeds
+v, V, then U of a circuit, and m of an ideal one.  Places that differ by constants are known to the
+compiler not to be the same, so that loops over trajectories become vector instructions.  A state
+``s`` is a `State` of numbers, or the number of the trajectory whose rows of z it is: a tuple that
+holds an array would count references in these loops.
 
 A further load is a type with its answers to `drifted`, `aside` and `noted` on a path, and to
 `drifted`, `load_at` and `load_aside` among many; a further mechanics answers the questions without
@@ -52,7 +52,7 @@ def kicked(s, z, xi, h, c, a, other=None):
 
 
 def beside(s, z, room, c):
-    """A copy of the state, to drift on its own; what is in z is copied to ``room``."""
+    """A copy of the state, to drift on its own; rows of z are copied to ``room``."""
 
 
 def read(s, z, c):

@@ -51,7 +51,7 @@ from harvester.mechanics.kernels.shaking import last_acceleration, shaken
 
 
 class IdealLoad(NamedTuple):
-    """An ideal ``circuit``, its present ``store``, and room for U at samples, shape (n, 2)."""
+    """An ideal ``circuit``, its present state, and room for U at samples, shape (n, 2)."""
 
     circuit: Any
     store: Store
@@ -59,7 +59,7 @@ class IdealLoad(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """A state and a store that `drift_all` has drifted already, and its impacts."""
+    """A state of mass and circuit that `drift_all` has drifted already, and its impacts."""
 
     s: State
     store: Store

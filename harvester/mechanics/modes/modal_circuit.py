@@ -49,7 +49,7 @@ def drift_with_course(i, z, d, c, a):
 
 @forced
 def drift_with_ideal(i, z, store, d, c, a, circuit):
-    """The same with an ideal circuit and its ``store``: that after it, and the `Impacts`."""
+    """The same with an ideal circuit: its `Store` after the drift, and the `Impacts`."""
     voltage = 2 * len(c.k) * BATCH + i
     V = z[voltage]
     did, course = drift_with_course(i, z, d, c, a)
