@@ -45,7 +45,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 # no `ninf`): a response that blows up must be seen.
 FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 STRICT: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}
-VERSIONS: defaultdict[Any, list[Any]] = defaultdict(list)  # of a question, their kinds
+VERSIONS: defaultdict[Any, list[Any]] = defaultdict(list)  # kinds of the versions by question
 _DECORATING = threading.RLock()
 LONGEST_WAIT = 30.0  # s, for a compilation in another process
 DECORATED = re.compile(
