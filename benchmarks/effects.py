@@ -24,10 +24,10 @@ from peers import by_hand
 
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.coefficients import coefficients
+from harvester.mechanics.kernels.coefficients import BATCH, coefficients
 from harvester.mechanics.kernels.intervals import update_of
 from harvester.mechanics.kernels.noise import random_words
-from harvester.mechanics.kernels.trajectory_batch import BATCH, SUMS, Batch, Schedule, advance
+from harvester.mechanics.kernels.trajectory_batch import SUMS, Batch, Schedule, advance
 from harvester.records.records import Record
 
 H = 0.1
@@ -98,7 +98,7 @@ def prepared(e, held, readings=READINGS):
     """A call of the package's kernel on these arrays."""
     state, words, sums = held
     shaker = Trajectories(e, BATCH, np.random.SeedSequence(2), H).shakers[0]
-    batch, schedule = Batch(*state, *words, sums), Schedule(readings, 2 * PAIRS, 0)
+    batch, schedule = Batch(state, *words, sums), Schedule(readings, 2 * PAIRS, 0)
     c = coefficients(e)
     update = update_of(e, H)
     return lambda: advance(batch, schedule, H, None, c, shaker, update)

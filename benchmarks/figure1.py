@@ -17,7 +17,7 @@ from harvester.averaging.published.orbit import amplitude_through
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.histograms import Histogram
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.trajectory_batch import BATCH
+from harvester.mechanics.kernels.coefficients import BATCH
 
 GRID = 80
 EACH = 1000

@@ -127,8 +127,8 @@ voltage-in-contact: test_offset_stops.py -k contact_is_the_equation
 - + c.mu * (v1 - p * v)) / d
 + - c.mu * (v1 - p * v)) / d
 work-of-the-shaking: test_shaking.py -k balance or linear_response
-- 0.5 * h * a * (s.v + v1)
-+ h * a * s.v
+- 0.5 * h * a1 * (v + speed(after, z, c))
++ h * a1 * v
 coarse-noise: test_trajectories.py -k same_noise
 - (first + second) * HALF_ROOT if coarse else first
 + 1.2 * (first + second) * HALF_ROOT if coarse else first

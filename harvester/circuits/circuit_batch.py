@@ -1,34 +1,36 @@
-"""The kernel of many trajectories with a compiled circuit, one after the other in each step.
+"""The answers of many compiled circuits to `harvester.mechanics.kernels.driver`.
 
-As `harvester.mechanics.kernels.trajectory_batch`, with the sums of the same moments; one kernel is
-for each mechanics, by the questions of `harvester.mechanics.kernels.driver` about each lane.
+They are advanced one after the other in each step.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
-from harvester.arrays import Floats, aligned
-from harvester.circuits.circuit_path import load_of
+from harvester.arrays import Floats
+from harvester.circuits.circuit_path import NetlistLoad, load_of
 from harvester.circuits.substeps import CHATTERS, MOST, KernelCircuit
 from harvester.equations.coefficients import Equations
-from harvester.mechanics.kernels.circuit_control_variates import add_circuit_features
-from harvester.mechanics.kernels.coefficients import Coefficients, State
-from harvester.mechanics.kernels.compiled import inlined, kernel, version_of
-from harvester.mechanics.kernels.driver import aside, beside, drifted, kicked, read
-from harvester.mechanics.kernels.intervals import EXACT, drifts
-from harvester.mechanics.kernels.noise import draw_noise
-from harvester.mechanics.kernels.shaken_control_variates import shake_and_add
-from harvester.mechanics.kernels.shaking import Filter, last_acceleration, shaken
+from harvester.mechanics.kernels.coefficients import BATCH
+from harvester.mechanics.kernels.compiled import inlined, version_of
+from harvester.mechanics.kernels.driver import (
+    aside,
+    coordinates,
+    is_given_up,
+    load_aside,
+    load_at,
+    put_load,
+)
+from harvester.mechanics.kernels.intervals import EXACT
+from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.kernels.trajectory_batch import (
-    BATCH,
     MASS_ROWS,
     SUMS,
     Batch,
     Schedule,
-    add_sample,
+    advance,
+    mid_drift,
 )
-from harvester.mechanics.modes.modal_batch import add_sample_of_modes
-from harvester.mechanics.modes.modal_circuit import add_modal_features
-from harvester.mechanics.modes.modal_step import ModalCoefficients, dot
 from harvester.mechanics.trace import mechanics_of
 
 SURELY = 10.0 * MOST  # share of failed steps from which on a batch ends
@@ -36,82 +38,48 @@ STEPS_AHEAD = 64.0  # circuit steps that are expected in each step of the mass t
 MORE_SUMS = (*SUMS, "load", "substeps", "failed")
 
 
-def lane(i, z, c):
-    """The state of lane i of z, as the driver's questions know it."""
+class NetlistLoads(NamedTuple):
+    """The compiled circuits of a batch, at ``states`` of shape (m, BATCH); each in turn is the ``load``.
+
+    A sample's integral of the load's squared voltage counts in ``units``.
+    """
+
+    load: NetlistLoad
+    states: Floats
+    unit: float
 
 
-def put(i, z, s, c):
-    """Write a state to lane i of z."""
+@version_of(load_at, load=NetlistLoads)
+def _load_at(i, z, c, load, driven):
+    state = load.load.state
+    counts = load.load.counts
+    for j in range(len(state)):
+        state[j] = load.states[j, i]
+    for j in range(len(counts)):
+        counts[j] = 0.0
+    return load.load
 
 
-def speed(s, c):
-    """The speed along which the base shakes."""
+@version_of(load_aside, load=NetlistLoads)
+def _load_aside(i, z, mid, c, load):
+    return aside(load_at(i, z, c, load, None))
 
 
-def add_features(i, s, U, xi, controls, c):
-    """Add the noise of a kick to the controls of lane i."""
+@version_of(put_load, load=NetlistLoads)
+def _put_load(i, z, sums, changed, c, load):
+    circuit = changed.circuit
+    for j in range(len(changed.state)):
+        load.states[j, i] = changed.state[j]
+    stored = changed.state[circuit.voltages_at + 1] / circuit.volts
+    z[(2 * coordinates(c) + 1) * BATCH + i] = stored
+    sums[13 * BATCH + i] += changed.counts[0] * load.unit
+    sums[14 * BATCH + i] += changed.counts[1]
+    sums[15 * BATCH + i] += changed.counts[2]
 
 
-def add_sample_of(i, sums, s, mid, c):
-    """Add a sample to the sums of lane i: the states at the kick and in mid-drift."""
-
-
-@version_of(lane, c=Coefficients)
-def _lane(i, z, c):
-    return State(z[i], z[BATCH + i], z[2 * BATCH + i])
-
-
-@version_of(lane, c=ModalCoefficients)
-def _lane_of_modes(i, z, c):
-    return z[i:]  # whose lane 0 is that one
-
-
-@version_of(put, c=Coefficients)
-def _put(i, z, s, c):
-    z[i] = s.x
-    z[BATCH + i] = s.v
-    z[2 * BATCH + i] = s.V
-
-
-@version_of(put, c=ModalCoefficients)
-def _put_modes(i, z, s, c):
-    return None
-
-
-@version_of(speed, c=Coefficients)
-def _speed(s, c):
-    return s.v
-
-
-@version_of(speed, c=ModalCoefficients)
-def _speed_of_modes(s, c):
-    return dot(c.g, s, len(c.k), 0)
-
-
-@version_of(add_features, c=Coefficients)
-def _add_features(i, s, U, xi, controls, c):
-    add_circuit_features(i, s, U, xi, controls, c)
-
-
-@version_of(add_features, c=ModalCoefficients)
-def _add_features_of_modes(i, s, U, xi, controls, c):
-    add_modal_features(0, s, U, xi, controls[:, i:], c)
-
-
-@version_of(add_sample_of, c=Coefficients)
-def _add_sample(i, sums, s, mid, c):
-    add_sample(i, sums, s, mid, c)
-
-
-@version_of(add_sample_of, c=ModalCoefficients)
-def _add_sample_of_modes(i, sums, s, mid, c):
-    add_sample_of_modes(0, sums[:, i:], s, mid, c)
-
-
-@inlined
-def _fetched(i, state, load):
-    for j in range(len(load.state)):
-        load.state[j] = state[j, i]
+@version_of(is_given_up, load=NetlistLoads)
+def _is_given_up(sums, load, ahead):
+    return chatters(sums, load.states[len(load.states) - 1], ahead * BATCH)
 
 
 @inlined
@@ -123,74 +91,16 @@ def chatters(sums, returned, ahead):
     steps = 0.0
     failed = 0.0
     for i in range(BATCH):
-        steps += sums[14, i]
+        steps += sums[14 * BATCH + i]
         if returned[i] >= CHATTERS:
-            failed += sums[15, i]
+            failed += sums[15 * BATCH + i]
     return failed > SURELY * (steps + STEPS_AHEAD * ahead)
 
 
-@kernel
-def _advance(z, room, state, b, noisy, schedule, h, load, c, shaker):
-    """Advance lanes z and their circuits' states by a `Schedule`, and add up the moments; True: it `chatters`."""
-    whole, half = drifts(h, None, EXACT)
-    sums = b.sums
-    coarse = schedule.doublings > 0
-    steps = 1 if coarse else 2
-    noise = np.zeros((2, BATCH))
-    accelerations = np.zeros((2, BATCH))
-    filtered = np.zeros((2, BATCH))
-    at = load.circuit.voltages_at
-    volts = load.circuit.volts
-    unit = load.circuit.unit / (schedule.stride * load.circuit.record[0].seconds)
-    ahead = schedule.samples * schedule.stride * BATCH
-    for _ in range(schedule.samples):
-        for k in range(schedule.stride):
-            if noisy and k % steps == 0:
-                draw_noise(noise, b.s0, b.s1, schedule.doublings)
-            shake_and_add(b, filtered, accelerations, coarse, shaker, 1.0)
-            for i in range(BATCH):
-                a, a1 = shaken(i, accelerations, shaker)
-                _fetched(i, state, load)
-                for j in range(len(load.counts)):
-                    load.counts[j] = 0.0
-                s, load, did = drifted(lane(i, z, c), whole, c, a, load)
-                for j in range(len(load.state)):
-                    state[j, i] = load.state[j]
-                b.U[i] = load.state[at + 1] / volts
-                xi = noise[k % steps, i]
-                if b.controls is not None:
-                    add_features(i, s, b.U[i], xi, b.controls, c)
-                before = speed(s, c)
-                s = kicked(s, xi, h, c, a1)
-                put(i, z, s, c)
-                sums[10, i] += did.number
-                sums[11, i] += did.energy
-                if shaker is not None:
-                    sums[12, i] += 0.5 * h * a1 * (before + speed(s, c))
-                sums[13, i] += load.counts[0] * unit
-                sums[14, i] += load.counts[1]
-                sums[15, i] += load.counts[2]
-            ahead -= BATCH
-            if chatters(sums, state[len(load.state) - 1], ahead):
-                return True
-        for i in range(BATCH):
-            _fetched(i, state, load)
-            s = lane(i, z, c)
-            a = last_acceleration(i, shaker)
-            mid, _, _ = drifted(beside(s, room, c), half, c, a, aside(load))
-            add_sample_of(i, sums, s, mid, c)
-    return False
-
-
-@kernel
-def _mid_drift(z, room, state, out, h, load, c, shaker):
-    """Go from the states of a batch after a kick to x, x' and V half a step later: (3, BATCH)."""
-    _, half = drifts(h, None, EXACT)
-    for i in range(BATCH):
-        _fetched(i, state, load)
-        s = beside(lane(i, z, c), room, c)
-        mid, _, _ = drifted(s, half, c, last_acceleration(i, shaker), aside(load))
-        out[0, i], out[1, i], out[2, i] = read(mid, c)
+def loads_of(circuit: KernelCircuit, states: Floats, stride: int) -> NetlistLoads:
+    """The circuits of a batch at their ``states``, shape (m, BATCH), with samples of so many steps."""
+    unit = circuit.unit / (stride * float(circuit.record[0]["seconds"]))
+    return NetlistLoads(load_of(circuit, np.empty(len(states)), 0), states, unit)
 
 
 def advance_circuit(
@@ -209,23 +119,18 @@ def advance_circuit(
     y_2', ... for several modes.
     """
     mechanics = mechanics_of(eqs)
-    order = mechanics.order(rows)
-    z = aligned((len(order), BATCH))
-    z[:] = state[order]
-    batch = batch._replace(x=z[0], v=z[len(order) // 2], V=z[-1])
-    ended: bool = _advance(
-        z.reshape(-1),
-        np.empty(z.size),
-        state[MASS_ROWS:rows],
-        batch,
-        noisy=eqs.n1 is not None or eqs.n2 is not None,
-        schedule=schedule,
-        h=h,
-        load=load_of(circuit, np.empty(rows - MASS_ROWS), 0),
+    order = [*mechanics.order(rows), MASS_ROWS - 1]
+    part = batch._replace(state=state[order])
+    ended: bool = advance(
+        part,
+        schedule,
+        h,
+        loads_of(circuit, state[MASS_ROWS:rows], schedule.stride),
         c=mechanics.coefficients,
         shaker=shaker,
+        update=EXACT,
     )
-    state[order] = z
+    state[order] = part.state
     return ended
 
 
@@ -240,7 +145,7 @@ def circuit_mid_drift(
 ) -> None:
     """Go from the states of a block after a kick to x, x' and V half a step later."""
     mechanics = mechanics_of(eqs)
-    z = np.ascontiguousarray(state[mechanics.order(rows)]).reshape(-1)
-    load = load_of(circuit, np.empty(rows - MASS_ROWS), 0)
-    c = mechanics.coefficients
-    _mid_drift(z, np.empty(z.size), state[MASS_ROWS:rows], out, h=h, load=load, c=c, shaker=shaker)
+    words = np.empty(0, np.uint64)
+    batch = Batch(state[[*mechanics.order(rows), MASS_ROWS - 1]], words, words)
+    load = loads_of(circuit, state[MASS_ROWS:rows], 1)
+    mid_drift(batch, out, h, mechanics.coefficients, load, shaker)

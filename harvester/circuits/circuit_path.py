@@ -10,12 +10,11 @@ from harvester.arrays import Floats
 from harvester.circuits.pointers import advance
 from harvester.circuits.substeps import DID, FINEST, N_VOLTAGES, ROOMS, KernelCircuit
 from harvester.equations.coefficients import Equations
-from harvester.mechanics.kernels.coefficients import Coefficients, State
+from harvester.mechanics.kernels.coefficients import BATCH, Coefficients, State
 from harvester.mechanics.kernels.compiled import inlined, version_of
 from harvester.mechanics.kernels.driver import aside, drifted, noted
 from harvester.mechanics.kernels.offset_stops import move, wall_of
 from harvester.mechanics.kernels.path import Path
-from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_circuit import drift_with_course
 from harvester.mechanics.modes.modal_step import ModalCoefficients
 from harvester.mechanics.trace import follow
@@ -117,7 +116,7 @@ def _flown(begin, end, wall, first, d, load):
 
 
 @version_of(drifted, c=Coefficients, load=NetlistLoad)
-def _with_mass(s, d, c, a, load):
+def _with_mass(s, z, d, c, a, load):
     s1, did = move(s, d, c, a)
     wall, first = (wall_of(did.speed, c), did.time) if did.number > 0.0 else (s1.x, d.t)
     voltage = _flown(s.x, s1.x, wall, first, d, load)
@@ -125,10 +124,11 @@ def _with_mass(s, d, c, a, load):
 
 
 @version_of(drifted, c=ModalCoefficients, load=NetlistLoad)
-def _with_modes(s, d, c, a, load):
-    did, course = drift_with_course(0, s, d, c, a)
+def _with_modes(s, z, d, c, a, load):
+    did, course = drift_with_course(s, z, d, c, a)
     wall, first = (course.wall, course.first) if did.number > 0.0 else (course.end, d.t)
-    s[2 * len(c.k) * BATCH] = _flown(course.begin, course.end, wall, first, d, load)
+    voltage = _flown(course.begin, course.end, wall, first, d, load)
+    z[2 * len(c.k) * BATCH + s] = voltage
     return s, load, did
 
 

@@ -89,7 +89,7 @@ def _is_one_of_many(engine: AnyEnsemble, problem: Problem) -> bool:
 
 def _count(engine: AnyEnsemble, model: Model) -> int:
     """The number of trajectories of a scene, in whole blocks."""
-    from harvester.mechanics.kernels.trajectory_batch import BATCH
+    from harvester.mechanics.kernels.coefficients import BATCH
 
     given = engine.trajectories or sampling.affordable(
         model.eqs.is_steady, model.circuit, number(engine.within)

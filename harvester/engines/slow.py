@@ -185,7 +185,7 @@ class Slow(Request, Engine):
         A ``deadline`` of `time.perf_counter` makes it shorter; None if it would be less than
         `LEAST_TOGETHER` of that, or does not settle.
         """
-        from harvester.mechanics.kernels.trajectory_batch import BATCH
+        from harvester.mechanics.kernels.coefficients import BATCH
 
         seconds = TOGETHER * solution.duration
         if solution.clock:

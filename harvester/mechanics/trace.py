@@ -10,21 +10,23 @@ import numpy as np
 
 from harvester.arrays import Floats, aligned
 from harvester.equations.coefficients import Equations
-from harvester.mechanics.kernels.coefficients import State, coefficients
+from harvester.mechanics.kernels.coefficients import BATCH, State, coefficients
 from harvester.mechanics.kernels.compiled import inlined, interpreted, kernel
 from harvester.mechanics.kernels.driver import (
-    IdealLoad,
     aside,
     beside,
     drifted,
     kicked,
     noted,
+    oscillator,
     read,
+    unnamed,
 )
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit, Store
 from harvester.mechanics.kernels.intervals import EXACT, Update, drifts, update_of
+from harvester.mechanics.kernels.one_mode import IdealLoad
 from harvester.mechanics.kernels.path import (
     COLUMNS,
     Path,
@@ -32,9 +34,7 @@ from harvester.mechanics.kernels.path import (
     check_start,
     room_for_impacts,
 )
-from harvester.mechanics.kernels.trajectory_batch import BATCH
-from harvester.mechanics.modes.modal_batch import ModalMotion
-from harvester.mechanics.modes.modal_driver import ModalIdealLoad
+from harvester.mechanics.modes.modal_driver import ModalMotion
 from harvester.mechanics.modes.modal_step import kick_modes
 
 SLACK = 1e-9  # of the place on a stop, or of 1: several modes may be so far behind it, by rounding
@@ -49,46 +49,47 @@ class PathRecord(NamedTuple):
 
 
 @kernel
-def _trace(s, room, noise, shaking, h, stride, record, mu, update, c, load, goes_on):
-    """Fill a `PathRecord` from the state s on: number of impacts, their energy, and the last state.
+def _trace(s, z, room, noise, shaking, h, stride, record, update, c, load, goes_on):
+    """Fill a `PathRecord` from the state s, z on: number of impacts, their energy, and the last s.
 
     A trajectory that ``goes_on`` begins after a kick; any other with half a kick, the force of the
     first half step.
     """
-    whole, half = drifts(h, mu, update)
+    whole, half = drifts(h, oscillator(c).mu, update)
     count = 0
     lost = 0.0
     landed = 0.0
     if update.weight is None and not goes_on:
         _, a = between_kicks(shaking, 0)
-        s = kicked(s, 0.0, 0.5 * h, c, a)
+        s = kicked(s, z, 0.0, 0.5 * h, c, a)
     for k in range(1, len(record.samples) * stride + 1):
         mean, a = between_kicks(shaking, k)
-        s, load, did = drifted(s, half if landed > 0.0 else whole, c, mean, load)
+        s, load, did = drifted(s, z, half if landed > 0.0 else whole, c, mean, load)
         count = _note(record.impacts, count, (k - 1) * h + landed, did)
         lost += did.energy
         landed = 0.0
-        s = kicked(s, noise[k - 1], h, c, a)
+        s = kicked(s, z, noise[k - 1], h, c, a)
         if k % stride == 0:
             row = k // stride - 1
-            mid, mid_load, did = drifted(beside(s, room, c), half, c, a, aside(load))
+            mid = beside(s, z, room, c)
+            mid, mid_load, did = drifted(mid, room, half, c, a, aside(load))
             noted(load, mid_load, row)
-            x, _, voltage = read(s, c)
+            x, _, voltage = read(s, z, c)
             sample = record.samples[row]
             sample[0] = x
             sample[1] = voltage
-            sample[2], sample[3], sample[4] = read(mid, c)
+            sample[2], sample[3], sample[4] = read(mid, room, c)
             if record.coordinates is not None:
                 n = record.coordinates.shape[2]
                 for j in range(n):
-                    record.coordinates[row, 0, j] = mid[j * BATCH]
-                    record.coordinates[row, 1, j] = mid[(n + j) * BATCH]
+                    record.coordinates[row, 0, j] = room[j * BATCH]
+                    record.coordinates[row, 1, j] = room[(n + j) * BATCH]
             if update.weight is not None:  # ngspice lands there, and goes on
                 s = mid
                 landed = half.t
                 count = _note(record.impacts, count, k * h, did)
                 lost += did.energy
-    return count, lost, s[:]
+    return count, lost, unnamed(s, c)
 
 
 @inlined
@@ -106,7 +107,6 @@ class OneMode:
 
     slack = 0.0
     unit = 1.0  # of the energy of impacts
-    lane_step = 1
 
     def __init__(self, eqs: Equations) -> None:
         self.coefficients: Any = coefficients(eqs)
@@ -123,9 +123,13 @@ class OneMode:
         """The coordinate that meets the stops."""
         return float(start[0])
 
-    def begin(self, start: Floats) -> tuple[Any, Any]:
-        """The state for the kernel, and room for another."""
-        return State(*map(float, start)), None
+    def begin(self, start: Floats) -> tuple[Any, Any, Any]:
+        """The state s, z for the kernel, and room for another z."""
+        return State(*map(float, start)), None, None
+
+    def end(self, s: Any, z: Any) -> Floats:
+        """A state of the kernel as an array."""
+        return np.array(s)
 
     def kicked(self, state: Floats, h: float, a: float | None) -> Floats:
         """A state after a kick of length h without noise; interpreted: not worth a compilation."""
@@ -137,16 +141,11 @@ class OneMode:
         """The charge that the circuit sees, over theta l."""
         return float(start[0])
 
-    def ideal_load(self, circuit: IdealCircuit, held: float, switch: float, samples: int) -> Any:
-        """An ideal circuit whose capacitor has the voltage ``held``, its switch at a charge."""
-        return IdealLoad(circuit, Store(held, switch), np.empty((samples, 2)))
-
 
 class SeveralModes:
     """Several modes likewise; a ``start`` has y, y' and V, shape (2 n + 1,)."""
 
     slack = SLACK
-    lane_step = BATCH
 
     def __init__(self, eqs: Equations) -> None:
         self._motion = ModalMotion(eqs)
@@ -173,15 +172,19 @@ class SeveralModes:
         """The coordinate that meets the stops."""
         return float(np.dot(self.modes.contact, start[: self.modes.count]))
 
-    def begin(self, start: Floats) -> tuple[Any, Any]:
-        """The state for the kernel, lane 0 of a batch, and room for another."""
+    def begin(self, start: Floats) -> tuple[Any, Any, Any]:
+        """The state s, z for the kernel, trajectory 0 of a batch, and room for another z."""
         z = aligned((len(start), BATCH))
         z[:, 0] = start
-        return z.reshape(-1), np.empty(z.size)
+        return 0, z.reshape(-1), np.empty(z.size)
+
+    def end(self, s: Any, z: Any) -> Floats:
+        """A state of the kernel as an array."""
+        return np.array(z[s::BATCH])
 
     def kicked(self, state: Floats, h: float, a: float | None) -> Floats:
         """A state after a kick of length h without noise; interpreted: not worth a compilation."""
-        z, _ = self.begin(state)
+        _, z, _ = self.begin(state)
         interpreted(kick_modes)(0, z, 0.0, h, self.coefficients, a)
         return np.asarray(z[::BATCH])
 
@@ -189,11 +192,10 @@ class SeveralModes:
         """The charge that the circuit sees, over theta l."""
         return float(np.dot(self.modes.coupling, start[: self.modes.count]))
 
-    def ideal_load(self, circuit: IdealCircuit, held: float, switch: float, samples: int) -> Any:
-        """An ideal circuit whose capacitor has the voltage ``held``, its switch at a charge."""
-        store = np.zeros((2, BATCH))
-        store[:, 0] = held, switch
-        return ModalIdealLoad(circuit, store, np.empty((samples, 2)))
+
+def ideal_load(circuit: IdealCircuit, held: float, switch: float, samples: int) -> IdealLoad:
+    """An ideal circuit whose capacitor has the voltage ``held``, its switch at a charge."""
+    return IdealLoad(circuit, Store(held, switch), np.empty((samples, 2)))
 
 
 def mechanics_of(eqs: Equations) -> OneMode | SeveralModes:
@@ -224,7 +226,7 @@ def follow(
     slack = mechanics.slack * max(1.0, abs(meets))
     check_start(eqs.rigid_stops, meets + slack, meets - slack)
     rows = len(noise) // stride
-    s, room = mechanics.begin(start)
+    s, z, room = mechanics.begin(start)
     record = PathRecord(
         samples=np.empty((rows, len(COLUMNS))),
         impacts=room_for_impacts(eqs, len(noise)),
@@ -234,13 +236,13 @@ def follow(
     c = mechanics.coefficients
     count, lost, last = _trace(
         s,
+        z,
         room,
         noise,
         shaking,
         h=h,
         stride=stride,
         record=record,
-        mu=eqs.mu,
         update=update,
         c=c,
         load=load,
@@ -254,7 +256,7 @@ def follow(
         shaking=shaking,
         coordinates=record.coordinates,
         lost=lost * mechanics.unit,
-        last=np.array(last)[:: mechanics.lane_step],
+        last=mechanics.end(last, z),
     )
 
 
@@ -294,7 +296,7 @@ def trace(
     load: Any = None
     if circuit is not None:
         mechanics = mechanics_of(eqs)
-        load = mechanics.ideal_load(circuit, held, mechanics.charge(begin), len(noise) // stride)
+        load = ideal_load(circuit, held, mechanics.charge(begin), len(noise) // stride)
     update = update_of(eqs, h, ngspice_rule) if ngspice_rule else EXACT
     path = follow(eqs, noise, h, stride, start=begin, shaking=shaking, load=load, update=update)
     return path if load is None else replace(path, U=load.charge)

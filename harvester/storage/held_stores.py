@@ -16,11 +16,12 @@ from harvester.equations.problem import Problem
 from harvester.equations.scales import Scales
 from harvester.mechanics.ensemble.loads import loaded
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.shaking import filter_of, of_batch
 from harvester.mechanics.kernels.step_size import whole_steps
-from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, MASS_ROWS, Schedule
+from harvester.mechanics.kernels.trajectory_batch import IDEAL_SUMS, MASS_ROWS, Schedule
 from harvester.mechanics.trace import at_rest
 from harvester.storage.rectifier_cut import STORE
 from harvester.storage.time_limit import check_time

@@ -19,9 +19,9 @@ from scipy.fft import next_fast_len
 from harvester.arrays import Floats
 from harvester.equations.problem import Problem
 from harvester.machine.threads import in_threads
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.storage.held_in_ngspice import Piece, error_of_circuit
 from harvester.storage.held_stores import HELD, Elements, StoresOnRecord
 from harvester.storage.measured_current import FADED, Rectifier, time_constant

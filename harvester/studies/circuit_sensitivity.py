@@ -30,8 +30,8 @@ from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.compiled_pair import compile_pair
 from harvester.mechanics.ensemble.richardson import LEFT
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.moments import Moments
-from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.presentation.messages.unknown_parts import WELLS
 from harvester.storage.held_stores import enough_runs
 from harvester.studies.power_differences import PowerDifferences, check_power, largest_change

@@ -24,8 +24,8 @@ from harvester.engines.selection import default_engine
 from harvester.engines.slow import AVERAGING, TOGETHER
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.step_size import step_from_rest
-from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.presentation.diagnostic import has, warning
 from harvester.presentation.messages.unknown_parts import OWN_CLOCK, QUICK_UNDER_NOISE, RARE_MOTIONS
 from harvester.storage import checked_mean, noisy_power

@@ -14,12 +14,11 @@ from harvester.cosimulation.lockstep.transitions import next_event
 from harvester.equations.coefficients import Equations
 from harvester.equations.effects import BEYOND_CIRCUITS
 from harvester.errors import CannotServeError, SimulationError
-from harvester.mechanics.kernels.coefficients import State
+from harvester.mechanics.kernels.coefficients import BATCH, State
 from harvester.mechanics.kernels.compiled import interpreted
 from harvester.mechanics.kernels.equation_of_motion import kick
 from harvester.mechanics.kernels.forcing import forcing
 from harvester.mechanics.kernels.path import COLUMNS, Path, between_kicks, room_for_impacts
-from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.trace import mechanics_of
 from harvester.presentation.diagnostic import refusal
 

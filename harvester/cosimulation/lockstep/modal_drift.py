@@ -12,13 +12,13 @@ import math
 from harvester.cosimulation.lockstep.energy_ledger import note_stored_energy
 from harvester.cosimulation.lockstep.state import DURING, IMPACT, KICK, SAMPLE, TINY, note_impact
 from harvester.cosimulation.lockstep.transitions import reached, set_target
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.compiled import inlined
 from harvester.mechanics.kernels.equation_of_motion import impulse, spring
 from harvester.mechanics.kernels.intervals import interval
 from harvester.mechanics.kernels.offset_stops import lower_stop
 from harvester.mechanics.kernels.path import between_kicks
 from harvester.mechanics.kernels.stored_energy import nonlinear_energy
-from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_circuit import drift_with_course
 from harvester.mechanics.modes.modal_step import dot, drift_modes, energy_of_modes, kick_modes
 

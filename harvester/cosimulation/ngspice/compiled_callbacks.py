@@ -16,9 +16,8 @@ from numba.extending import intrinsic
 
 from harvester.cosimulation.lockstep import modal_drift, transitions
 from harvester.cosimulation.lockstep.state import STATE, Point, Recording
-from harvester.mechanics.kernels.coefficients import Coefficients
+from harvester.mechanics.kernels.coefficients import BATCH, Coefficients
 from harvester.mechanics.kernels.compiled import c_function, inlined, strict
-from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_step import ModalCoefficients
 
 source_voltage, proposed_step = (

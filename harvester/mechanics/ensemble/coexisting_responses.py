@@ -18,10 +18,10 @@ from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.burn_in import burn_in, until_steady
 from harvester.mechanics.ensemble.own_circuit import OwnCircuit
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.moments import Moments
 from harvester.mechanics.kernels.noise import child
-from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.periodic import MULTIPLES
 
 Indices = NDArray[np.intp]

@@ -29,7 +29,7 @@ from harvester.mechanics.ensemble.burn_in import CORRELATION_TIMES, GROWN, LONGE
 from harvester.mechanics.ensemble.loads import CHARGING_TIMES, LOAD_TIMES
 from harvester.mechanics.ensemble.trajectories import start_of, stride_of
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary
-from harvester.mechanics.kernels.coefficients import Coefficients
+from harvester.mechanics.kernels.coefficients import BATCH, Coefficients
 from harvester.mechanics.kernels.control_variates import MARTINGALES, boundary
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import update_of
@@ -37,14 +37,7 @@ from harvester.mechanics.kernels.moments import Moments, from_sums
 from harvester.mechanics.kernels.noise import child, random_words
 from harvester.mechanics.kernels.offset_stops import loss_unit
 from harvester.mechanics.kernels.step_size import STEP, chatter, shorter_step, typical_frequency
-from harvester.mechanics.kernels.trajectory_batch import (
-    BATCH,
-    IDEAL_SUMS,
-    SUMS,
-    Batch,
-    Schedule,
-    advance,
-)
+from harvester.mechanics.kernels.trajectory_batch import IDEAL_SUMS, SUMS, Batch, Schedule, advance
 from harvester.mechanics.trace import mechanics_of
 
 Indices = NDArray[np.intp]
@@ -353,15 +346,11 @@ class Designs:
                     state = self._state[level, d, k]
                     words = self._words[level, d, k]
                     batch = Batch(
-                        x=state[0],
-                        v=state[1],
-                        V=state[2],
-                        s0=words[0],
-                        s1=words[1],
-                        sums=self._sums[level, d, k],
-                        controls=self._martingales[level, d, k],
-                        U=state[3] if self.is_circuit else None,
-                        m=state[4] if self.is_circuit else None,
+                        state,
+                        words[0],
+                        words[1],
+                        self._sums[level, d, k],
+                        self._martingales[level, d, k],
                     )
                     yield batch, schedule, h, design.circuit, self.coefficients[d], None, update
 

@@ -10,10 +10,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from harvester.arrays import Floats
+from harvester.arrays import Floats, aligned
 from harvester.equations.coefficients import Equations
 from harvester.mechanics.ensemble.own_circuit import OwnCircuit
 from harvester.mechanics.kernels.circuit_control_variates import circuit_boundary, interleaved
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.control_variates import boundary
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.intervals import update_of
@@ -31,8 +32,8 @@ from harvester.mechanics.kernels.trajectory_batch import (
     advance,
     mid_drift,
 )
-from harvester.mechanics.modes.modal_batch import RESISTOR_ROWS, ModalMotion, ModalMotionWithIdeal
-from harvester.mechanics.trace import follow, mechanics_of
+from harvester.mechanics.modes.modal_driver import RESISTOR_ROWS, ModalMotion
+from harvester.mechanics.trace import follow, ideal_load, mechanics_of
 
 LOAD_TIMES = 5.0  # time constants of the load
 CHARGING_TIMES = 6.0  # time constants of a smoothing capacitor
@@ -175,9 +176,8 @@ class WithResistor:
         self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
     ) -> Batch:
         """A block for the kernels."""
-        x, v, V = state[:RESISTOR_ROWS]
         s0, s1 = words
-        return Batch(x=x, v=v, V=V, s0=s0, s1=s1, sums=sums, controls=controls)
+        return Batch(state, s0, s1, sums, controls)
 
     def advance(
         self,
@@ -190,20 +190,30 @@ class WithResistor:
     ) -> None:
         """Advance a batch by a schedule of steps of h."""
         update = update_of(self.eqs, h, ngspice_rule)
-        advance(batch, schedule, h, self.circuit, c=self.coefficients, shaker=shaker, update=update)
+        part = self._ordered(batch, state)
+        advance(part, schedule, h, self.circuit, c=self.coefficients, shaker=shaker, update=update)
+        self._put_back(part, batch, state)
+
+    def _ordered(self, batch: Batch, state: Floats) -> Batch:
+        """The batch with the rows of its ``state`` in the order of kernels."""
+        return batch
+
+    def _put_back(self, part: Batch, batch: Batch, state: Floats) -> None:
+        """Write the results in ``part``, made by `_ordered`, to the batch and its ``state``."""
 
     def mid_drift(
         self, batch: Batch, state: Floats, out: Floats, h: float, shaker: Filter | None
     ) -> None:
         """Go from the states of a block after a kick to x, x' and V half a step later."""
-        mid_drift(batch, out, h, self.coefficients, self.circuit, shaker)
+        part = self._ordered(batch, state)
+        mid_drift(part, out, h, self.coefficients, self.circuit, shaker)
 
     def follow(self, state: Floats, noise: Floats, h: float, shaking: Floats | None) -> Path:
         """One trajectory on from a state after a kick."""
         load = None
         if self.circuit is not None:
             held, switch = map(float, state[RESISTOR_ROWS:IDEAL_ROWS])
-            load = self.mechanics.ideal_load(self.circuit, held, switch, len(noise))
+            load = ideal_load(self.circuit, held, switch, len(noise))
         return follow(
             self.eqs,
             noise,
@@ -254,13 +264,6 @@ class WithStore(WithResistor):
     def loss_unit(self) -> float:
         """The sums are energies."""
         return 1.0
-
-    def batch(
-        self, state: Floats, words: Floats, sums: Floats | None, controls: Floats | None
-    ) -> Batch:
-        """A block for the kernels."""
-        block = super().batch(state, words, sums, controls)
-        return block._replace(**dict(zip("Um", state[3:5], strict=False)))
 
     def boundary(self, states: Floats) -> Floats:
         """See `harvester.mechanics.kernels.circuit_control_variates`."""
@@ -360,14 +363,24 @@ class ModesWithResistor(WithResistor):
 
     def __init__(self, eqs: Equations) -> None:
         super().__init__(eqs)
-        self.motion = self._motion()
-        self.rows = self.motion.rows
-        self.sums = self.motion.sums
+        self.motion = ModalMotion(eqs)
+        self.rows = self.load_rows + self.motion.further_rows
+        self.order = [*self.motion.order(self.load_rows), *range(RESISTOR_ROWS, self.load_rows)]
         self.martingales = self.motion.martingales
 
-    def _motion(self) -> ModalMotion:
-        """The kernels of the modes with this load."""
-        return ModalMotion(self.eqs)
+    def _ordered(self, batch: Batch, state: Floats) -> Batch:
+        """The batch with a copy of its state in their order, and rows for controls below it."""
+        rows = len(self.order)
+        both = aligned((rows + (0 if batch.controls is None else len(batch.controls)), BATCH))
+        both[:rows] = state[self.order]
+        return batch._replace(state=both)
+
+    def _put_back(self, part: Batch, batch: Batch, state: Floats) -> None:
+        """Write the state to its places, and add the rows below it to the controls."""
+        rows = len(self.order)
+        state[self.order] = part.state[:rows]
+        if batch.controls is not None:
+            batch.controls[:] += part.state[rows:]
 
     @property
     def has_controls(self) -> bool:
@@ -388,24 +401,6 @@ class ModesWithResistor(WithResistor):
         """Place a ball amid its box."""
         self.motion.begin(state, self.load_rows)
 
-    def advance(
-        self,
-        batch: Batch,
-        state: Floats,
-        schedule: Schedule,
-        h: float,
-        shaker: Filter | None,
-        ngspice_rule: bool,
-    ) -> None:
-        """Advance a batch by the kernel of several modes."""
-        self.motion.advance(batch, state, schedule, h, self.eqs, shaker)
-
-    def mid_drift(
-        self, batch: Batch, state: Floats, out: Floats, h: float, shaker: Filter | None
-    ) -> None:
-        """As the kernel of several modes drifts."""
-        self.motion.mid_drift(state, out, h, self.eqs, shaker)
-
     def boundary(self, states: Floats) -> Floats:
         """One form of all states: see `ModalMotion.boundary`."""
         return self.motion.boundary(states, self.eqs)
@@ -415,6 +410,7 @@ class ModesWithIdeal(WithStore, ModesWithResistor):
     """Several modes with an ideal circuit."""
 
     load_rows = IDEAL_ROWS
+    sums = len(IDEAL_SUMS)
     loss_unit = ModesWithResistor.loss_unit
 
     def __init__(self, eqs: Equations, circuit: IdealCircuit) -> None:
@@ -422,10 +418,6 @@ class ModesWithIdeal(WithStore, ModesWithResistor):
         self.store = circuit
         super().__init__(eqs)
         self.martingales = martingales(eqs.coloured is not None)
-
-    def _motion(self) -> ModalMotion:
-        """The kernels of the modes with the circuit."""
-        return ModalMotionWithIdeal(self.eqs, self.circuit)
 
     def begin(self, state: Floats) -> None:
         """Place the switch at the displacement, and a ball amid its box."""
@@ -446,7 +438,7 @@ class ModesWithCircuit(WithCircuit):
     def __init__(self, eqs: Equations, circuit: OwnCircuit) -> None:
         super().__init__(eqs, circuit)
         self.motion = ModalMotion(eqs)
-        self.rows = circuit.rows + self.motion.rows - RESISTOR_ROWS
+        self.rows = circuit.rows + self.motion.further_rows
 
     def begin(self, state: Floats) -> None:
         """As the circuit begins; a ball is placed amid its box."""

@@ -21,12 +21,12 @@ from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
 from harvester.errors import SimulationError
 from harvester.machine.threads import in_threads
-from harvester.mechanics.kernels.coefficients import Coefficients, State
+from harvester.mechanics.kernels.coefficients import BATCH, Coefficients, State
 from harvester.mechanics.kernels.compiled import forced, kernel
 from harvester.mechanics.kernels.equation_of_motion import drift, kick
 from harvester.mechanics.kernels.intervals import interval
 from harvester.mechanics.kernels.noise import child, draw_noise, random_words
-from harvester.mechanics.kernels.trajectory_batch import BATCH, Batch
+from harvester.mechanics.kernels.trajectory_batch import Batch
 from harvester.uncertainty.controls import controlled_mean
 from harvester.uncertainty.richardson import step_bias
 
@@ -46,9 +46,9 @@ def grow(b, logs, pushes, rounds, draws, coarse, h, c):  # type: ignore[no-untyp
     = x', which kicks add to the logs to first order, and g = x and V.  A round has ``draws`` of two
     random variates, for two steps each or, if these are ``coarse``, for one.
     """
-    x = b.x
-    v = b.v
-    V = b.V
+    x = b.state[0]
+    v = b.state[1]
+    V = b.state[2]
     d = interval(h, h, c.mu)
     noise = np.zeros((2, BATCH))
     steps = 1 if coarse else 2
@@ -201,8 +201,7 @@ def _run(
     c = Coefficients(mu=mu, beta=eqs.beta, c1=eqs.c1, n2=eqs.n2, r=eqs.restitution)
 
     def block(k: int) -> None:
-        (x, v, voltage), (s0, s1) = state[k], words[k]
-        batch = Batch(x, v, voltage, s0=s0, s1=s1)
+        batch = Batch(state[k], *words[k])
         grow(batch, logs[k], pushes[k], before, draws=draws, coarse=coarse, h=step, c=c)
         logs[k], pushes[k] = 0.0, 0.0
         grow(batch, logs[k], pushes[k], after, draws=draws, coarse=coarse, h=step, c=c)

@@ -24,6 +24,7 @@ from harvester.mechanics.ensemble.block_threads import each
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.loads import loaded
 from harvester.mechanics.ensemble.own_circuit import OwnCircuit
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit
 from harvester.mechanics.kernels.moments import Moments, from_sums
 from harvester.mechanics.kernels.noise import child, random_words
@@ -37,7 +38,7 @@ from harvester.mechanics.kernels.shaking import (
     samples_of,
 )
 from harvester.mechanics.kernels.step_size import STEP, remedy, typical_frequency, whole_steps
-from harvester.mechanics.kernels.trajectory_batch import BATCH, IDEAL_SUMS, Schedule
+from harvester.mechanics.kernels.trajectory_batch import IDEAL_SUMS, Schedule
 
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps

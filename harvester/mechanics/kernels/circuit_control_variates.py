@@ -14,6 +14,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.control_variates import energy
 from harvester.mechanics.kernels.equation_of_motion import intensity
@@ -42,15 +43,15 @@ def add_circuit_features(i, s, U, xi, controls, c):
 @forced
 def add_weighted_noise(i, x, v, V, U, root, xi, controls):
     """Add a noise that acts on the speed v, times each of the weights g, ``root`` being sqrt W."""
-    controls[0, i] += v * xi
-    controls[1, i] += v * U * xi
-    controls[2, i] += v * root * xi
-    controls[3, i] += V * xi
-    controls[4, i] += v * U * U * xi
-    controls[5, i] += V * root * xi
-    controls[6, i] += v * x * xi
-    controls[7, i] += x * root * xi
-    controls[8, i] += v * V * xi
+    controls[0 * BATCH + i] += v * xi
+    controls[1 * BATCH + i] += v * U * xi
+    controls[2 * BATCH + i] += v * root * xi
+    controls[3 * BATCH + i] += V * xi
+    controls[4 * BATCH + i] += v * U * U * xi
+    controls[5 * BATCH + i] += V * root * xi
+    controls[6 * BATCH + i] += v * x * xi
+    controls[7 * BATCH + i] += x * root * xi
+    controls[8 * BATCH + i] += v * V * xi
 
 
 # On arrays the uncompiled functions do the same.

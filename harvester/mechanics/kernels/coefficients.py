@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 from harvester.equations.coefficients import Equations, check_one_mode
 
+BATCH = 64  # trajectories that a kernel of many advances side by side
+
 
 class State(NamedTuple):
     """Displacement, velocity and voltage of a trajectory."""

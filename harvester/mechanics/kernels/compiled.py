@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 import types
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
 from contextlib import contextmanager
@@ -44,10 +45,11 @@ F = TypeVar("F", bound=Callable[..., Any])
 # no `ninf`): a response that blows up must be seen.
 FLAGS: dict[str, Any] = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy"}
 STRICT: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}
+VERSIONS: defaultdict[Any, list[Any]] = defaultdict(list)  # kinds of the versions by question
 _DECORATING = threading.RLock()
 LONGEST_WAIT = 30.0  # s, for a compilation in another process
 DECORATED = re.compile(
-    rb"^ *(@(kernel|inlined|forced|version_of|c_function|intrinsic)\b|class \w+\(NamedTuple\))",
+    rb"^ *(@(kernel|inlined|forced|version_of|otherwise|c_function|intrinsic)\b|class \w+\(NamedTuple\))",
     re.MULTILINE,
 )
 
@@ -212,8 +214,8 @@ def version_of(question: Callable[..., Any], **kinds: type | None) -> Callable[[
     """Make a function the version of a ``question`` for arguments of these kinds.
 
     A kernel that asks the question is compiled with it. A kind is a NamedTuple of ours, or None for
-    all else, such as an absent argument; an argument without a kind may be of any. The parameters
-    have the names of those of the question.
+    all else, such as an absent argument; an argument without a kind may be of any, and the version
+    with most kinds holds. The parameters have the names of those of the question.
     """
 
     def registered(function: F) -> F:
@@ -221,14 +223,21 @@ def version_of(question: Callable[..., Any], **kinds: type | None) -> Callable[[
 
         def chosen(*given: Any, **named: Any) -> Any:
             of = signature.bind(*given, **named).arguments
-            classes = {name: getattr(of[name], "instance_class", None) for name in kinds}
-            return function if classes == kinds else None
+            classes = {name: getattr(kind, "instance_class", None) for name, kind in of.items()}
+            fitting = [known for known in VERSIONS[question] if known.items() <= classes.items()]
+            return function if kinds == max(fitting, key=len, default=None) else None
 
         chosen.__signature__ = signature  # type: ignore[attr-defined]
+        VERSIONS[question].append(kinds)
         extending.overload(question, jit_options={"forceinline": True, **PART, **FLAGS})(chosen)
         return function
 
     return registered
+
+
+def otherwise(question: F) -> F:
+    """Make a question its own answer for arguments of which it has no version."""
+    return version_of(question)(question)
 
 
 class _Kernel(CPUDispatcher):

@@ -21,6 +21,7 @@ import numpy as np
 
 from harvester.arrays import Floats
 from harvester.equations.coefficients import Equations
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.compiled import forced
 
 MARTINGALES = 9
@@ -56,16 +57,16 @@ def add_martingales(i, before, sums, controls, c):
     q = sums[1, i]
     E = energy(x, before[1, i], c)
     root = math.sqrt(abs(E))
-    controls[0, i] += p
-    controls[1, i] += p * root
-    controls[2, i] += p * E
-    controls[3, i] += p * E * E
-    controls[4, i] += p * x
-    controls[5, i] += q * x
-    controls[6, i] += q * root
+    controls[0 * BATCH + i] += p
+    controls[1 * BATCH + i] += p * root
+    controls[2 * BATCH + i] += p * E
+    controls[3 * BATCH + i] += p * E * E
+    controls[4 * BATCH + i] += p * x
+    controls[5 * BATCH + i] += q * x
+    controls[6 * BATCH + i] += q * root
     if c.mu is not None:
-        controls[7, i] += p * V
-        controls[8, i] += q * V
+        controls[7 * BATCH + i] += p * V
+        controls[8 * BATCH + i] += q * V
 
 
 # On arrays the uncompiled function does the same.

@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from harvester.arrays import Floats
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.control_variates import MARTINGALES
 from harvester.mechanics.kernels.shaking import shake
@@ -26,37 +27,33 @@ def martingales(coloured: bool) -> int:
 
 
 @forced
-def shake_and_add(b, states, accelerations, coarse, shaker, mu):
+def shake_and_add(z, n, controls, states, accelerations, coarse, shaker, mu):
     """Shake a batch as `shake` does, and add the new part in the filter to its controls, if both are there.
 
-    ``states``: room of shape (2, BATCH); ``mu`` None: without a load, whose voltage counts.
+    z are the states of n coordinates (`harvester.mechanics.kernels.driver`), and ``states`` is room
+    of shape (2, BATCH); ``mu`` None: without a load, whose voltage counts.
     """
     if shaker is None:
         return
-    if b.controls is None or shaker.l11 is None:
+    if controls is None or shaker.l11 is None:
         shake(accelerations, coarse, shaker)
     else:
-        p = shaker.p
-        q = shaker.q
-        x = b.x
-        v = b.v
-        V = b.V
         for i in range(
-            len(p)
+            BATCH
         ):  # an assignment of rows would compile the text of its errors, in 2.6 s
-            states[0, i], states[1, i] = p[i], q[i]
+            states[0, i], states[1, i] = shaker.p[i], shaker.q[i]
         shake(accelerations, coarse, shaker)
-        for i in range(len(p)):
-            p0, q0 = states[0, i], states[1, i]
+        for i in range(BATCH):
+            p, q = states[0, i], states[1, i]
             _add(
                 i,
-                x[i],
-                v[i],
-                V[i],
-                p=p0,
-                q=q0,
-                new=p[i] - _foreseen(p0, q0, coarse, shaker),
-                controls=b.controls,
+                z[i],
+                z[n * BATCH + i],
+                z[2 * n * BATCH + i],
+                p=p,
+                q=q,
+                new=shaker.p[i] - _foreseen(p, q, coarse, shaker),
+                controls=controls,
                 mu=mu,
             )
 
@@ -73,15 +70,15 @@ def _foreseen(p, q, coarse, f):
 @forced
 def _add(i, x, v, V, p, q, new, controls, mu):
     size = math.sqrt(x * x + v * v) + 1e-300
-    controls[MARTINGALES, i] += x * new
-    controls[MARTINGALES + 1, i] += v * new
+    controls[MARTINGALES * BATCH + i] += x * new
+    controls[(MARTINGALES + 1) * BATCH + i] += v * new
     if mu is not None:
-        controls[MARTINGALES + 2, i] += V * new
-    controls[MARTINGALES + 3, i] += size * new
-    controls[MARTINGALES + 4, i] += (x * x - v * v) / size * new
-    controls[MARTINGALES + 5, i] += 2.0 * x * v / size * new
-    controls[MARTINGALES + 6, i] += p * new
-    controls[MARTINGALES + 7, i] += q * new
+        controls[(MARTINGALES + 2) * BATCH + i] += V * new
+    controls[(MARTINGALES + 3) * BATCH + i] += size * new
+    controls[(MARTINGALES + 4) * BATCH + i] += (x * x - v * v) / size * new
+    controls[(MARTINGALES + 5) * BATCH + i] += 2.0 * x * v / size * new
+    controls[(MARTINGALES + 6) * BATCH + i] += p * new
+    controls[(MARTINGALES + 7) * BATCH + i] += q * new
 
 
 def shaken_path_controls(states: Floats, filtered: Floats) -> Floats:

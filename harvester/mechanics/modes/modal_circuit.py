@@ -8,10 +8,10 @@ import math
 from typing import NamedTuple
 
 from harvester.mechanics.kernels.circuit_control_variates import add_weighted_noise
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.ideal_circuit import Store, conducted, followed
 from harvester.mechanics.kernels.offset_stops import wall_of
-from harvester.mechanics.kernels.trajectory_batch import BATCH
 from harvester.mechanics.modes.modal_step import dot, drift_modes, energy_of_modes
 
 
@@ -49,18 +49,16 @@ def drift_with_course(i, z, d, c, a):
 
 @forced
 def drift_with_ideal(i, z, store, d, c, a, circuit):
-    """The same with an ideal circuit, whose U and m are the rows of ``store``, shape (2, BATCH); the `Impacts`."""
+    """The same with an ideal circuit: its `Store` after the drift, and the `Impacts`."""
     voltage = 2 * len(c.k) * BATCH + i
     V = z[voltage]
     did, course = drift_with_course(i, z, d, c, a)
     w = (course.end - course.wall) / (d.t - course.first) if d.t > course.first else 0.0
-    held = Store(store[0, i], store[1, i])
-    V, held, leg = followed(
-        course.begin, course.wall, course.first, w, t=d.t, V=V, store=held, circuit=circuit
+    V, store, leg = followed(
+        course.begin, course.wall, course.first, w, t=d.t, V=V, store=store, circuit=circuit
     )
-    z[voltage], store[0, i] = conducted(V, held.U, leg.v, leg.t, circuit)
-    store[1, i] = held.m
-    return did
+    z[voltage], U = conducted(V, store.U, leg.v, leg.t, circuit)
+    return Store(U, store.m), did
 
 
 @forced

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from harvester.equations.coefficients import Equations, friction_names
 from harvester.equations.modes import Modes
-from harvester.mechanics.kernels.coefficients import Coefficients, Impacts, State
+from harvester.mechanics.kernels.coefficients import BATCH, Coefficients, Impacts, State
 from harvester.mechanics.kernels.compiled import forced
 from harvester.mechanics.kernels.equation_of_motion import (
     friction,
@@ -33,7 +33,6 @@ from harvester.mechanics.kernels.equation_of_motion import (
     spring,
 )
 from harvester.mechanics.kernels.offset_stops import lower_stop, move
-from harvester.mechanics.kernels.trajectory_batch import BATCH
 
 AT_REST = 1e-12  # of the stop's place, or of 1: rounding of sums over modes
 

@@ -16,8 +16,8 @@ from numba import cfunc, types
 
 from harvester.mechanics.kernels.coefficients import Coefficients
 from harvester.mechanics.kernels.compiled import COMPILER, FLAGS, inlined, version_of
-from harvester.mechanics.kernels.driver import IdealLoad
 from harvester.mechanics.kernels.ideal_circuit import IdealCircuit, Store
+from harvester.mechanics.kernels.one_mode import IdealLoad
 from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.part.gridded import Gridded, gridded_part
 from harvester.mechanics.part.located import Located, Wall, located_part

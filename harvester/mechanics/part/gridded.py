@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import inlined, version_of
-from harvester.mechanics.kernels.driver import IdealLoad, aside, drifted
+from harvester.mechanics.kernels.driver import aside, drifted
 from harvester.mechanics.kernels.equation_of_motion import (
     carried,
     friction,
@@ -21,6 +21,7 @@ from harvester.mechanics.kernels.equation_of_motion import (
 from harvester.mechanics.kernels.ideal_circuit import Store
 from harvester.mechanics.kernels.intervals import interval
 from harvester.mechanics.kernels.offset_stops import kick_at_stops, wall_of
+from harvester.mechanics.kernels.one_mode import IdealLoad
 from harvester.mechanics.kernels.shaking import Filter
 from harvester.mechanics.part.outside_forces import (
     Outside,
@@ -181,7 +182,7 @@ def _circuit_spent(m, before, end, t, c):
 def flight(m, load, t, a, grid):
     """The first t of the drift of a step; ``a`` is the excitation's mean over it."""
     d = interval(grid.h, t, grid.c.mu)
-    end = drifted(State(m.x, m.v, m.V), d, grid.c, a, load)
+    end = drifted(State(m.x, m.v, m.V), None, d, grid.c, a, load)
     s1, load1, did = end
     energy = load_energy(m, load, end, t, grid.c)
     work = m.work
@@ -271,7 +272,7 @@ def advanced(w, words, until, stopping, load, grid):
         whole = end <= until + SLACK * h
         if stopping:
             drift = interval(h, h, grid.c.mu)
-            _, _, coming = drifted(State(m.x, m.v, m.V), drift, grid.c, now + before, None)
+            _, _, coming = drifted(State(m.x, m.v, m.V), None, drift, grid.c, now + before, None)
             when = m.t + max(coming.time, 0.0)
             if coming.number > 0.0 and w[17] + SLACK * h < when <= until:
                 w[17] = when

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from harvester.mechanics.kernels.coefficients import Coefficients, State
 from harvester.mechanics.kernels.compiled import inlined, version_of
-from harvester.mechanics.kernels.driver import IdealLoad
 from harvester.mechanics.kernels.equation_of_motion import kick, spring
 from harvester.mechanics.kernels.offset_stops import lower_stop
+from harvester.mechanics.kernels.one_mode import IdealLoad
 from harvester.mechanics.kernels.stored_energy import contact_energy, spring_energy
 from harvester.mechanics.part.outside_forces import PartMotion
 

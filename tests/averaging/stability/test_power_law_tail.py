@@ -10,9 +10,9 @@ from harvester.equations.coefficients import Equations
 from harvester.errors import UnboundedResponseError
 from harvester.linear.solve import solve
 from harvester.mechanics.ensemble.lyapunov import grow
-from harvester.mechanics.kernels.coefficients import Coefficients
+from harvester.mechanics.kernels.coefficients import BATCH, Coefficients
 from harvester.mechanics.kernels.noise import random_words
-from harvester.mechanics.kernels.trajectory_batch import BATCH, Batch
+from harvester.mechanics.kernels.trajectory_batch import Batch
 from tests.support.systems import PAPER, changed
 
 STOPPED = Equations(c1=-0.05, beta=0.05, mu=0.5, n1=0.01, n2=0.1, restitution=0.95)  # ran for ever
@@ -60,8 +60,7 @@ def sampled_growth(eqs, power, blocks=8, rounds=10, segments=480):
     for _ in range(segments):
         logs = np.zeros((blocks, BATCH))
         for k in range(blocks):
-            (x, v, voltage), (s0, s1) = state[k], words[k]
-            batch = Batch(x, v, voltage, s0=s0, s1=s1)
+            batch = Batch(state[k], *words[k])
             grow(batch, logs[k], pushes, rounds, draws, False, h, c)
         weights = np.exp(power * logs.ravel())
         rates.append(math.log(weights.mean()) / (rounds * 2 * draws * h))

@@ -351,8 +351,8 @@ def test_exponent_is_worth_twenty_five_times_as_many_trajectories(eqs):
 
 def test_at_rest_on_the_stop_only_the_voltage_is_left():
     """V > 0 holds the mass at the stop, and the size decays as e^(-mu t)."""
-    state = [np.full(64, value) for value in (0.01, 0.0, 10.0)]
-    batch, logs, pushes = Batch(*state, *random_words(SEED, 64)), np.zeros(64), np.zeros((3, 64))
+    state = np.repeat([[0.01], [0.0], [10.0]], 64, axis=1)
+    batch, logs, pushes = Batch(state, *random_words(SEED, 64)), np.zeros(64), np.zeros((3, 64))
     c = Coefficients(mu=0.1, r=0.5, beta=1.0, c1=0.0)
     lyapunov.grow(batch, logs, pushes, 50, 10, False, 0.01, c)
     logs[:] = 0.0

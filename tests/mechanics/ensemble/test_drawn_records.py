@@ -7,7 +7,7 @@ from harvester.engines.sampling import mean_with_errors
 from harvester.mechanics.ensemble.hopping import Hopping
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
-from harvester.mechanics.kernels.trajectory_batch import BATCH
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.records.records import TabulatedDensity
 from tests.support.systems import PAPER, changed, linear, linear_v2
 
