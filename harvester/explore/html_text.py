@@ -15,7 +15,8 @@ from harvester.equations.problem import Problem
 from harvester.explore.live import FORMULAS, Live, best, engineering
 from harvester.quantities.units import SYMBOLS
 from harvester.scene.keys import keys
-from harvester.uncertainty.value import Value
+from harvester.studies.prediction.prediction_result import Prediction
+from harvester.uncertainty.value import Value, amount
 
 _PRINTED = (
     ("+-", "±"),
@@ -60,7 +61,7 @@ def problem_line(text: str) -> str:
 def without_knobs(tables: Iterable[str]) -> str:
     """That tables of the scene have no sliders on the page."""
     names = " and ".join("[[mode]]" if table == "mode" else f"[{table}]" for table in tables)
-    return f'<div class="by">{escape(names)} of the scene counts as its file has it: there are no sliders for it.</div>'
+    return by(f"{names} of the scene counts as its file has it: there are no sliders for it.")
 
 
 class Power(NamedTuple):
@@ -183,11 +184,33 @@ def warnings(live: Live, runs: Sequence[dict[str, Any]], more: Sequence[str] = (
 def life(answer: dict[str, Any]) -> str:
     """How the node lives, by `in_worker.life`, or why that is not known (``error``); or a chip."""
     if "error" in answer:
-        return f'<div class="by">The node: {escape(plain(answer["error"]))}</div>'
+        return by(f"The node: {answer['error']}")
     remarks = "".join(f"<li>{escape(plain(remark))}</li>" for remark in answer["remarks"])
     return (
         table(answer.get("heads", ("the node", "in a day")), answer["rows"], "life")
         + f"<ul>{remarks}</ul>"
+    )
+
+
+def by(*lines: str) -> str:
+    """Lines in pale letters."""
+    return "".join(f'<div class="by">{escape(plain(line))}</div>' for line in lines)
+
+
+def real_device(prediction: Prediction) -> str:
+    """The computed power with its error, below it the interval of a real device, and remarks."""
+    interval = (
+        f"a real device: {amount(prediction.power.low, 'W')} to "
+        f"{amount(prediction.power.high, 'W')} (95 %)"
+    )
+    if prediction.next_measurement:
+        interval += f", measure {prediction.next_measurement} next"
+    # arguments of `harvester.predict` are options of the command that is named above them
+    remarks = [_ARGUMENT.sub(r"--\1", entry.line) for entry in prediction.diagnostics]
+    items = "".join(f"<li>{escape(plain(remark))}</li>" for remark in remarks)
+    return by(f"computed: {prediction.computed}", interval) + (
+        f"<details><summary>As by harvester run --predict --prior {prediction.prior}</summary>"
+        f"<ul>{items}</ul></details>"
     )
 
 

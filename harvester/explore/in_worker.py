@@ -115,6 +115,18 @@ def life(tables: dict[str, Any]) -> dict[str, Any]:
     return {"rows": page.rows, "remarks": [*page.warnings, *page.notes], "short": short}
 
 
+def prediction(tables: dict[str, Any], prior: str) -> dict[str, Any]:
+    """The prediction of a real device, by `harvester.predict` in this process alone.
+
+    Raises HarvesterError as `harvester.predict`.
+    """
+    from harvester.machine.execution import Execution
+    from harvester.studies.prediction.predict import predict
+
+    alone = Execution(workers=1, progress=False)
+    return {"prediction": predict(Scene(**tables), prior=prior, execution=alone)}
+
+
 def elsewhere(
     job: Job,
     arguments: tuple[Any, ...],
@@ -123,9 +135,9 @@ def elsewhere(
     patience: float,
     first: bool = False,
 ) -> dict[str, Any] | None:
-    """`path`, `power` or `life` in a worker process; None if that has ended, or was overtaken and out of patience.
+    """A function of this module in a worker process; None if it has ended or is out of patience.
 
-    The ``patience`` is in seconds; ``first``: in a process that others give way to.
+    The ``patience`` once it is overtaken is in seconds; ``first``: in a process that others give way to.
 
     Raises HarvesterError as the ``job``, and RuntimeError of loky's if the worker dies.
     """

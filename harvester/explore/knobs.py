@@ -119,15 +119,17 @@ class WordKnob:
         self.key = key
         self._changed = changed
         self._quiet = False
-        options: dict[str, Any] = {
-            "name": key.rpartition(".")[2].replace("_", " "),
-            "sizing_mode": "stretch_width",
-            "margin": (2, 8, 5, 0),
-        }
         kind: Any = pn.widgets.Select if key == PROFILE else pn.widgets.TextInput
         choices = {"options": [*PROFILES]} if key == PROFILE else {"description": meaning_of(key)}
         self.view = field(
-            kind, "word", f"knob-{key.replace('.', '-')}", value=self._word(), **choices | options
+            kind,
+            "word",
+            f"knob-{key.replace('.', '-')}",
+            name=key.rpartition(".")[2].replace("_", " "),
+            value=self._word(),
+            sizing_mode="stretch_width",
+            margin=(2, 8, 5, 0),
+            **choices,
         )
         self.view.param.watch(self._chosen, "value")
 

@@ -6,7 +6,6 @@ Long because every part of the page hears here of each result.
 import tempfile
 import threading
 from collections.abc import Callable
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from harvester.explore.looks import CHART, PICTURES
 from harvester.explore.pictures import PathPlots, PowerPlot, pinned_curve
 from harvester.explore.runs import RunPanel
 from harvester.explore.slider_scale import Slide
-from harvester.explore.toolbar import FilesBar, PinBar
+from harvester.explore.toolbar import FilesBar, PinBar, RealDeviceBar
 from harvester.explore.widgets import column, field, flow, words
 from harvester.presentation.glossary import GLOSSARY
 
@@ -67,11 +66,12 @@ class Explorer:
         self._plot_comes: Any = None  # the callback that draws a plot of another axis
         self.paths = PathPlots()
         self.runs = RunPanel(self._point, self._draw, self.soon)
+        self.real_device = RealDeviceBar(self.soon)
         self.pin = PinBar(self._pin, self._unpin)
         self.files = FilesBar(Path(self.folder.name), self)
         self.side = column()
         self._renew()
-        self.said = words("said", html_text.problem_line(error) if error else "")
+        self.said = words("said", html_text.problem_line(error))
         # what is computed would slow down the first sight of the page
         pn.state.onload(lambda: self.changed(""))
 
@@ -86,7 +86,7 @@ class Explorer:
         return {
             "knobs": self.side,
             "power": column(self.said, self.error, head, self.plot, self.runs.view),
-            "numbers": column(self.answers, self.life, self.warnings),
+            "numbers": column(self.real_device.view, self.answers, self.life, self.warnings),
             "path": self.path_told,
             "orbit": pn.pane.Bokeh(
                 self.paths.orbit, sizing_mode="stretch_width", margin=0, stylesheets=[PICTURES]
@@ -123,6 +123,7 @@ class Explorer:
         self.error.object = ""
         self._request = PageRequest(self.draft.copy(), scene, self.draft.tables(), key, at, slide)
         self._computing.ask(self._request)
+        self.real_device.predict(self._request.tables)
 
     def _axis(self) -> tuple[str, float, Slide]:
         """The key of the axis, its value and its range; the load if the chosen key has disappeared."""
@@ -144,7 +145,7 @@ class Explorer:
 
     def say_of_path(self, text: str) -> None:
         """State the progress of the path."""
-        self.path_told.object = f'<div class="by">{escape(html_text.plain(text))}</div>'
+        self.path_told.object = html_text.by(text)
 
     def show_path(self, request: PageRequest, path: dict[str, Any]) -> None:
         """Draw a path, and state next to the power how far it reached."""
@@ -311,5 +312,6 @@ class Explorer:
         """End all that belongs to the page."""
         self._ended.set()
         self._computing.close()
+        self.real_device.close()
         self.runs.close()
         self.folder.cleanup()

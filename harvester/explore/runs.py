@@ -113,8 +113,14 @@ class RunPanel:
         self.points: list[dict[str, Any]] = []
         self._running: dict[str, Background] = {}
         self._begun: dict[str, Point] = {}
-        choice: dict[str, Any] = {"options": ["5%", "2%", "1%", "0.5%"], "value": "2%"}
-        self.within = field(pn.widgets.Select, "within", **choice, width=76, margin=(4, 10, 4, 4))
+        self.within = field(
+            pn.widgets.Select,
+            "within",
+            options=["5%", "2%", "1%", "0.5%"],
+            value="2%",
+            width=76,
+            margin=(4, 10, 4, 4),
+        )
         self.buttons = {}
         self.cancels = {}
         self.bars = {}
@@ -125,14 +131,15 @@ class RunPanel:
             self.buttons[engine] = self._button(f"Run {engine}", engine, "run", self._start)
             self.cancels[engine] = self._button("Cancel", engine, "cancel", self._cancel)
             self.cancels[engine].visible = False
-            look: dict[str, Any] = {
-                "width": 110,
-                "height": 8,
-                "margin": (14, 8, 4, 2),
-                "visible": False,
-            }
             self.bars[engine] = field(
-                pn.indicators.Progress, f"bar-{engine}", value=0, max=100, **look
+                pn.indicators.Progress,
+                f"bar-{engine}",
+                value=0,
+                max=100,
+                width=110,
+                height=8,
+                margin=(14, 8, 4, 2),
+                visible=False,
             )
         parts = [
             part for e in SAMPLERS for part in (self.buttons[e], self.bars[e], self.cancels[e])

@@ -1,27 +1,34 @@
-"""The buttons that pin a design, open files and save the page's contents."""
+"""The controls that predict a real device, pin a design, open files and save contents."""
 
 import io
 import os
+import time
 from collections.abc import Callable
-from html import escape
 from pathlib import Path
 from typing import Any, Protocol
 
 import panel as pn
 
 from harvester.errors import InputError, named
-from harvester.explore import downloads, links, uploads
-from harvester.explore.computing import POOL
+from harvester.explore import downloads, html_text, in_worker, links, uploads
+from harvester.explore.computing import POOL, RESTED, Newest
 from harvester.explore.draft import Draft
-from harvester.explore.html_text import problem_line
+from harvester.explore.in_worker import Overtaken
 from harvester.explore.live import Live
 from harvester.explore.looks import BUTTON
 from harvester.explore.widgets import button, column, field, flow, words
+from harvester.studies.prediction.priors import data
+from harvester.uncertainty.value import duration
 
 ARROW = (  # Panel's own would be fetched from another server
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24" fill="none" stroke="currentColor" stroke-width="2">'
     '<path d="M12 4V15M7 11L12 16L17 11M5 20H19"/></svg>'
 )
+
+TablesAndClass = tuple[dict[str, Any], str]  # the scene that is predicted
+TIME_LIMIT = 120.0  # s for a prediction: twice the default time of a netlist's devices
+WITHOUT_LIMIT = "harvester run --predict has no time limit"
+TOO_LATE = f"a real device: no answer within {duration(TIME_LIMIT)}; {WITHOUT_LIMIT}"
 
 
 class PageShape(Protocol):
@@ -56,21 +63,76 @@ class PinBar:
         self._unpin.visible = pinned
 
 
+class RealDeviceBar:
+    """A choice of the device's class, below which its power has an interval; else it is empty.
+
+    The prediction is that of the newest scene, one at a time, in a process of its own.
+    """
+
+    def __init__(self, soon: Callable[[Callable[[], None]], None]) -> None:
+        self._soon = soon
+        self._request: TablesAndClass = ({}, "")
+        self._work = Newest(POOL, self._predict)
+        self.line = words("real-device")
+        self.choice = field(
+            pn.widgets.Select,
+            "device-class",
+            name="predict a real device of the class",
+            options=["", *data()["classes"]],
+            width=210,
+            margin=0,
+        )
+        self.choice.param.watch(lambda _: self.predict(self._request[0]), "value")
+        self.view = column(self.choice, self.line)
+        self.close = self._work.close
+
+    def predict(self, tables: dict[str, Any]) -> None:
+        """Predict a device of this scene; the interval of an earlier scene is given up."""
+        prior = self.choice.value
+        self._request = (tables, prior)
+        if prior or self.line.object:
+            self.line.object = html_text.by("computing a real device ...") * bool(prior)
+            self._work.ask(self._request)
+
+    def _predict(self, request: TablesAndClass, overtaken: Overtaken) -> None:
+        """In a thread: the prediction, which ends if it is overtaken or lasts too long."""
+        if not request[1] or not self._work.rests(RESTED):
+            return
+        end = time.monotonic() + TIME_LIMIT
+        text = html_text.by(TOO_LATE)
+        try:
+            if answer := in_worker.elsewhere(
+                in_worker.prediction, request, overtaken, lambda: time.monotonic() > end, 0.0
+            ):
+                text = html_text.real_device(answer["prediction"])
+        except Exception as error:  # any is one line on the page
+            text = html_text.by(f"a real device: {named(error)}")
+        self._soon(
+            lambda: self.line.param.update(object=text) if request is self._request else None
+        )
+
+
 class FilesBar:
     """The buttons that open files (``open``) and save them (``save``)."""
 
     def __init__(self, folder: Path, page: PageShape) -> None:
         self._folder, self._page = folder, page
-        kinds = {"accept": ",".join(uploads.KINDS), "multiple": True}
-        look: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 4, 0)}
-        self.chooser = field(pn.widgets.FileInput, "open", **kinds, **look)
-        look = {
-            "name": "column to use",
-            "placeholder": "x, y, z or a column",
-            "width": 190,
-            "margin": (0, 0, 6, 0),
-        }
-        self.axis = field(pn.widgets.TextInput, "record-axis", **look)
+        self.chooser = field(
+            pn.widgets.FileInput,
+            "open",
+            accept=",".join(uploads.KINDS),
+            multiple=True,
+            sizing_mode="stretch_width",
+            margin=(0, 0, 4, 0),
+        )
+        self.axis = field(
+            pn.widgets.TextInput,
+            "record-axis",
+            name="column to use",
+            placeholder="x, y, z or a column",
+            width=190,
+            margin=(0, 0, 6, 0),
+        )
         self.outcome = words("open-told")
         self.chooser.param.watch(lambda _: self._opened(), "value")
         title = words("open-what", "Open a scene (.toml), a record (.csv) or a netlist (.cir)")
@@ -109,7 +171,7 @@ class FilesBar:
                 Exception
             ) as error:  # the page says why there is no such file, and the file says it too
                 text = str(named(error))
-                self.failed.object = problem_line(text)
+                self.failed.object = html_text.problem_line(text)
                 return io.BytesIO((text + "\n").encode())
 
         return pn.widgets.FileDownload(
@@ -143,13 +205,11 @@ class FilesBar:
                 draft, uploads.keep(self._folder, names, contents), axis
             )
         except Exception as error:
-            line = problem_line(str(named(error)).replace(f"{self._folder}{os.sep}", ""))
+            line = html_text.problem_line(str(named(error)).replace(f"{self._folder}{os.sep}", ""))
             self._page.soon(lambda: self.outcome.param.update(object=line))
             return
         self._page.soon(lambda: self._taken(changed, messages))
 
     def _taken(self, draft: Draft, messages: list[str]) -> None:
-        self.outcome.object = "".join(
-            f'<div class="by">{escape(message)}</div>' for message in messages
-        )
+        self.outcome.object = html_text.by(*messages)
         self._page.replace(draft)

@@ -3,6 +3,7 @@
 import contextlib
 import http.client
 import os
+import re
 import signal
 import sys
 import time
@@ -253,6 +254,29 @@ def test_a_chip_has_its_power_and_its_thresholds(browser, url):
     told = one.page.locator("table.life").inner_text()
     assert "5.05 V" in told and "3.67 V" in told
     assert f"duty cycle of the output {on}" in one.page.locator(".headline .by").inner_text()
+    assert one.faults == []
+    one.page.close()
+
+
+def test_the_interval_of_a_real_device_is_a_line_of_its_own(browser, url):
+    """None until a class is selected; a slider that moves brings another; the computed power stays above it."""
+    draft = Draft.read(ROOT / "examples" / "plate_harmonic.toml")
+    one = Visit(browser, f"{url}?scene={links.held(draft)}")
+    line = one.page.locator(".real-device")
+    before = one.power()
+    real = line.locator("div.by", has_text=re.compile("^a real device: .* next$"))
+    assert line.locator("div.by").count() == 0
+    one.page.locator(".device-class select").select_option("composite")
+    real.wait_for()
+    assert line.locator("div.by").count() == 2
+    own = hv.predict(draft.scene(), prior="composite").power
+    interval = f"{1e6 * own.low:.4g} µW to {1e6 * own.high:.4g} µW"
+    assert interval in real.inner_text() and one.power() == before
+    one.write("load.resistance", "300k")
+    one.until_power_changes(before)
+    real.filter(has_not_text=interval).wait_for()
+    one.page.set_viewport_size(PHONE)
+    fits(one.page)
     assert one.faults == []
     one.page.close()
 
