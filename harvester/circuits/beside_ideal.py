@@ -5,6 +5,7 @@ import time
 import numpy as np
 
 from harvester.circuits.compiled_circuit import CompiledCircuit
+from harvester.machine.progress import listener, stage
 from harvester.mechanics.ensemble.burn_in import check_cost, memory
 from harvester.mechanics.ensemble.richardson import compile_pair
 from harvester.mechanics.ensemble.trajectories import Trajectories
@@ -64,4 +65,5 @@ def settle_from(
     length = SETTLING * max(slowest, compiled.loaded.memory)
     for k in range(PARTS):
         check_cost(compiled, (1.0 - k / PARTS) * length, budget, now, now - begin)
-        compiled.run(length / PARTS)
+        with stage(k / PARTS, (k + 1) / PARTS):
+            compiled.run(length / PARTS, listener())
