@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
 BURN_IN = 0.35  # fraction of the time until the first means are known
-OF_PILOT = 0.3  # of the burn-in, by the circuit of ideal elements, if there is one
+OF_PILOT = 0.3  # fraction of the burn-in by the circuit of ideal elements, if there is one
 LONG_COMPILATION = 0.5  # seconds of compilation that are worth a word
 AT_ONCE = 0.5  # of the seconds that are left: other programs may begin to take theirs meanwhile
 

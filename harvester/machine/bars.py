@@ -211,7 +211,7 @@ class RowsBar(Bar):
     """A progress bar for rows of several engines, which differ by orders of magnitude in the time per row.
 
     The time left is that of each engine's rows to come at the time that each lasts (`row_lasts`),
-    else at the mean of its rows so far; at least that of the others as long as an engine has none.
+    else at the mean of its rows so far; a least time as long as an engine has no row.
     After it are the engine of the last row, and how many of its rows are done.  ``warms_up``: the
     first report of an engine includes compilation, and does not represent the others.
     """

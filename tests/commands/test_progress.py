@@ -309,7 +309,7 @@ def test_the_first_rows_say_how_long_a_row_lasts(clock, monkeypatch):
 
 
 def test_the_rows_to_come_last_at_least_as_long_as_those_that_are_known(clock):
-    """Beside an engine without a row yet the bar showed "?", in 16 of the 17 s of a sweep."""
+    """The bar showed "?" in 16 of the 17 s of a sweep, until each engine had a row."""
     with RowsBar("sweep", {"ensemble": 100, "density": 1}, Screen()) as bar:
         assert ", ? left" in str(bar)
         clock[0] += 2.0

@@ -119,7 +119,7 @@ def until_steady(
     length = FIRST_WINDOW
     before = None
     first = None
-    end = max(load, 3.0 * FIRST_WINDOW)  # of two windows at least
+    end = max(load, 3.0 * FIRST_WINDOW)  # two windows at least
     while True:
         length = _affordable(trajectories, length, load, budget, begin)
         now = _window(trajectories, length, end, budget, begin)

@@ -1,4 +1,4 @@
-"""The shares that runs of trajectories report: early ones of a slow circuit,, and those of a burn-in."""
+"""The shares that trajectories report: early ones with a slow circuit, a third for one window."""
 
 import math
 
