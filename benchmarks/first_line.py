@@ -51,7 +51,7 @@ COMMANDS = {
     "charge compiled": "charge plate_bridge.toml --to 1V --engine compiled",
     "charge spice": "charge plate_bridge.toml --to 1V --engine spice",
     "cost": "cost plate.toml --budget 20s",
-    "motion": "motion plate.toml --duration 2000",
+    "motion": "motion plate.toml --duration 1600",
     "stability": "stability plate.toml --trajectories 200000",
     "extremes": "extremes plate_with_stop.toml --lifetime '5 years'",
     "densities": "densities plate_with_stop.toml",

@@ -5,6 +5,7 @@ import time
 import numpy as np
 
 from harvester.circuits.compiled_circuit import CompiledCircuit
+from harvester.machine.progress import listener, stage
 from harvester.mechanics.ensemble.affordable_steps import check_cost
 from harvester.mechanics.ensemble.burn_in import memory
 from harvester.mechanics.ensemble.compiled_pair import compile_pair
@@ -75,4 +76,5 @@ def settle_within(
     now = time.perf_counter()
     for k in range(PARTS):
         check_cost(compiled, (1.0 - k / PARTS) * length, budget, now, now - begin)
-        compiled.run(length / PARTS)
+        with stage(k / PARTS, (k + 1) / PARTS):
+            compiled.run(length / PARTS, listener())

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
 BURN_IN = 0.35  # fraction of the time until the first means are known
+OF_PILOT = 0.3  # fraction of the burn-in by the circuit of ideal elements, if there is one
 LONG_COMPILATION = 0.5  # seconds of compilation that are worth a word
 AT_ONCE = 0.5  # of the seconds that are left: other programs may begin to take theirs meanwhile
 
@@ -292,11 +293,13 @@ class Ensemble(MonteCarloOptions, Engine):
         begin += first.seconds
         # no new code: all was loaded
         compiled = first.seconds if code and code == machine_code() else 0.0
-        diagnostics = sampling.run_burn_in(pilot, problem, number(self.budget), within)
+        with stage(0.0, 1.0 if pilot is trajectories else OF_PILOT):
+            diagnostics = sampling.run_burn_in(pilot, problem, number(self.budget), within)
         if pilot is not trajectories:
             from harvester.circuits.beside_ideal import settle_from
 
-            settle_from(trajectories, pilot, number(self.budget), begin - compiled)
+            with stage(OF_PILOT, 1.0):
+                settle_from(trajectories, pilot, number(self.budget), begin - compiled)
         return EnsembleSetup(
             problem=problem,
             model=model,

@@ -51,15 +51,20 @@ class AutomaticProgress:
         self._bar: Any = None
         self.what = ""
 
+    @property
+    def _is_shown(self) -> bool:
+        """Whether there is a bar and the study at work is the outermost one."""
+        return self._bar is not None and len(self._begun) == 1
+
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
         """Begin a study, or one more kind of rows of it; ``what`` without ``total`` is a line above the bar."""
         is_rows = total is not None
         if what and not is_rows:
-            if self._bar is not None and len(self._begun) == 1:
+            if self._is_shown:
                 self._bar.notice(what)
             return
         if is_rows and self._begun and self._begun[-1]:
-            if len(self._begun) == 1 and self._bar is not None:
+            if self._is_shown:
                 self._bar.start(total, what, done)
             return
         self._begun.append(is_rows)
@@ -84,17 +89,17 @@ class AutomaticProgress:
 
     def step(self, done: float = 1, what: str = "") -> None:
         """Show the fraction or the row that is done, of the outermost study."""
-        if self._bar is not None and len(self._begun) == 1:
+        if self._is_shown:
             self._bar.step(done, what)
 
     def row_lasts(self, name: str, seconds: float) -> None:
         """Report how long a row lasts, of the outermost study."""
-        if self._bar is not None and len(self._begun) == 1 and self._begun[0]:
+        if self._is_shown and self._begun[0]:
             self._bar.row_lasts(name, seconds)
 
     def remark(self, text: object) -> None:
         """Print a remark above the bar."""
-        if self._bar is not None and len(self._begun) == 1:
+        if self._is_shown:
             self._bar.remark(text)
 
     def close(self) -> None:

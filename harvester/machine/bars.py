@@ -211,9 +211,9 @@ class RowsBar(Bar):
     """A progress bar for rows of several engines, which differ by orders of magnitude in the time per row.
 
     The time left is that of each engine's rows to come at the time that each lasts (`row_lasts`),
-    else at the mean of its rows so far; not known as long as an engine has none.  After it are the
-    engine of the last row, and how many of its rows are done.  ``warms_up``: the first report of an
-    engine includes compilation, and does not represent the others.
+    else at the mean of its rows so far; a least time as long as an engine has no row.
+    After it are the engine of the last row, and how many of its rows are done.  ``warms_up``: the
+    first report of an engine includes compilation, and does not represent the others.
     """
 
     def __init__(
@@ -277,8 +277,20 @@ class RowsBar(Bar):
         if self._means() is not None:
             self._count(name)
             return
-        known = sum(self.left_of[engine] * each for engine, each in self.lasts_of.items())
-        self.announce(self.last[0] - self.begun + known, "at least")
+        self.announce(self.last[0] - self.begun + self._least(), "at least")
+
+    @property
+    def format_dict(self) -> dict[str, Any]:
+        """As `Bar`; the least time left if an engine has no row yet."""
+        names = super().format_dict
+        if self.seconds is None and self.lasts_of:
+            least = self.last[0] + self._least() - time.monotonic()
+            names["left"] = "at least " + self.format_interval(round(max(least, 1.0)))
+        return names
+
+    def _least(self) -> float:
+        """The time left of engines whose time for a row is known."""
+        return sum(self.left_of[engine] * each for engine, each in self.lasts_of.items())
 
     def _look(self) -> None:
         """Measure the time left."""

@@ -306,3 +306,17 @@ def test_the_first_rows_say_how_long_a_row_lasts(clock, monkeypatch):
         bar.row_lasts("ensemble", 5e-3)
         assert bar.seconds is None
     assert where.getvalue() == "sweep: at least 51 s in all; fewer runs shortens it\n"
+
+
+def test_the_rows_to_come_last_at_least_as_long_as_those_that_are_known(clock):
+    """The bar showed "?" in 16 of the 17 s of a sweep, until each engine had a row."""
+    with RowsBar("sweep", {"ensemble": 100, "density": 1}, Screen()) as bar:
+        assert ", ? left" in str(bar)
+        clock[0] += 2.0
+        bar.step(2, "ensemble")
+        bar.row_lasts("ensemble", 0.5)
+        assert ", at least 00:49 left" in str(bar)
+        clock[0] += 9.0
+        assert ", at least 00:40 left" in str(bar)
+        bar.step(1, "density")
+        assert "at least" not in str(bar)

@@ -195,6 +195,9 @@ WAITED_FOR = {
     ),
     "slow": lambda told: hv.Slow().run(hv.load("examples/bimorph_ltc3588.toml"), told),
     "burn-in": lambda told: hv.Ensemble(trajectories=64).run("examples/plate.toml", told),
+    "response": lambda told: hv.response(
+        "examples/plate_harmonic_stop.toml", "3Hz:4Hz:3", progress=told
+    ),
 }
 
 

@@ -48,8 +48,7 @@ LONGEST = 2e5  # time units: the burn-in ends here whatever the data say
 # from a window of half the burn-in they come out too short by a quarter at worst
 CORRELATION_TIMES = 10.0
 DRIFTING = 2.0  # times as long, where means may still change by inter-well transitions
-# times CORRELATION_TIMES: time constants of a small transient, of which e^-12 is left
-TRANSIENTS = 1.2
+TRANSIENTS = 1.2  # times CORRELATION_TIMES: time constants of a small transient: e^-12 is left
 OVER = 1.25  # times the budget, at which a window ends that became slower than expected
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
@@ -122,9 +121,10 @@ def until_steady(
     length = FIRST_WINDOW
     before = None
     first = None
+    end = max(load, 3.0 * FIRST_WINDOW)  # two windows at least
     while True:
         length = _affordable(trajectories, length, load, budget, begin)
-        now = _window(trajectories, length, budget, begin)
+        now = _window(trajectories, length, end, budget, begin)
         means = now.averaged(trajectories.together)
         energy = means.mean("x2")[0] + means.mean("v2")[0]
         first = energy if first is None else first
@@ -145,17 +145,19 @@ def until_steady(
             if not steady:
                 raise _not_stationary(trajectories)
             return now, [_cut_short(trajectories, load, response)]
-        length = _next_window(trajectories, length, same, max(load, response))
+        end = max(load, response)
+        length = _next_window(trajectories, length, same, end)
         before = means
 
 
 def _window(
-    trajectories: Trajectories, length: float, budget: float | None, begin: float
+    trajectories: Trajectories, length: float, end: float, budget: float | None, begin: float
 ) -> Moments:
-    """Run a window of a ``length``, but no longer than `OVER` times the budget."""
+    """Run a window of a burn-in to about ``end``, no longer than `OVER` times the budget."""
     deadline = math.inf if budget is None else begin + OVER * max(budget, 1.0)
     try:
-        with stage(trajectories.time / (trajectories.time + length), 1.0):
+        whole = max(trajectories.time + length, min(end, LONGEST))
+        with stage(trajectories.time / whole, (trajectories.time + length) / whole):
             return trajectories.run(length, listener(), deadline)
     except LateError:
         check_cost(trajectories, length, budget, begin)
@@ -181,11 +183,10 @@ def _affordable(
 
     Raises SimulationError if neither that nor the memory of its ``load`` fits into it.
     """
-    so_far = trajectories.time
     if budget is None:
         check_cost(trajectories, length, budget, begin)
         return length
-    if so_far > 0.0 and trajectories.loaded.is_dear:
+    if (so_far := trajectories.time) > 0.0 and trajectories.loaded.is_dear:
         spent = time.perf_counter() - begin
         length = cut_window(length, so_far, ROOM * budget / spent - 1.0)
     check_cost(trajectories, max(length, min(load, LONGEST) - so_far), budget, begin)

@@ -43,9 +43,9 @@ from harvester.mechanics.kernels.trajectory_batch import IDEAL_SUMS, Schedule
 SHORTEST, LONGEST = 1e-6, 1e3  # steps
 MOST_OF_A_PERIOD = 2e6  # steps
 MOST_STEPS = 1e10  # of one trajectory in one go
-# steps of a trajectory with a circuit of its own between two looks whether it is given up
+# steps of a trajectory with a circuit of its own between two looks whether it is given up, at most
 PIECE = 4096
-WATCHED = 8  # the same, between two looks at a deadline: some 4 % of the time
+WATCHED = 8  # the same, at first, and between two looks at a deadline: some 4 % of the time
 
 REPORTED = 0.1  # s from one report of the progress to the next
 
@@ -219,7 +219,7 @@ class Trajectories:
         landed = self.ngspice_rule and self.time > 0.0
         schedule = Schedule(samples, self.stride, self.doublings, landed)
         steps = PIECE if math.isinf(deadline) else WATCHED
-        piece = max(1, steps // self.stride) if pair.is_dear else samples
+        longest = max(1, steps // self.stride) if pair.is_dear else samples
         reached = np.zeros(self.blocks)
         given_up = threading.Event()
         reported = [perf_counter()]
@@ -227,18 +227,21 @@ class Trajectories:
         def block(k: int) -> None:
             controls = None if noise is None else noise[k]
             batch = pair.batch(self.state[k], self.words[k], sums[k], controls)
-            for done in range(0, samples, piece):
+            piece = max(1, WATCHED // self.stride) if pair.is_dear else samples
+            done = 0
+            while done < samples:
                 begun = perf_counter()
                 part = schedule._replace(samples=min(piece, samples - done))
                 shaker = self.shakers[k]
                 pair.advance(batch, self.state[k], part, self.h, shaker, self.ngspice_rule)
                 if not np.abs(self.state[k]).max() < pair.largest:
                     self.state[k] = math.nan
-                reached[k] = min(done + piece, samples)
+                reached[k] = done = done + part.samples
+                piece = min(2 * piece, longest)
                 if progress is not None and begun >= reported[0] + REPORTED:
                     reported[0] = begun
                     progress(float(reached.mean()) / samples)
-                if reached[k] < samples and 2.0 * perf_counter() - begun > deadline:
+                if done < samples and 2.0 * perf_counter() - begun > deadline:
                     given_up.set()
                 if given_up.is_set() or math.isnan(self.state[k, 0, 0]):
                     break

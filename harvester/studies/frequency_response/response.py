@@ -11,6 +11,7 @@ Long because two public functions explain their arguments to users.
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import cast
 
@@ -19,6 +20,8 @@ from harvester.engines.protocol import AnyScene, Engine
 from harvester.engines.selection import Named
 from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, invalid, names_arguments
+from harvester.machine.automatic import reporting
+from harvester.machine.progress import ProgressCallback
 from harvester.presentation.diagnostic import without_repeats
 from harvester.studies.frequency_response.by_ngspice import by_ngspice, directions
 from harvester.studies.frequency_response.closed_form import closed_form, power_at, resolved
@@ -100,6 +103,8 @@ def response(
     seed: int = 0,
     report: Callback | None = None,
     engine: Named | None = None,
+    *,
+    progress: ProgressCallback | bool | None = None,
 ) -> FrequencyResponse:
     """The response of a scene with a harmonic excitation at several frequencies.
 
@@ -117,6 +122,9 @@ def response(
         is called with the engine's name after each frequency.
     engine : Engine or str, optional
         an engine or its name, as of `responses`.
+    progress : callable or bool, optional
+        is called with the fraction that is done; by default, or if True, a bar on a terminal or in
+        a notebook, and none if False.
 
     Returns
     -------
@@ -139,9 +147,8 @@ def response(
     >>> round(hv.response(scene, "0.8:1.2:5").peak("up").frequency, 3)  # between those of the text
     1.008
     """
-    return responses(scene, sweep, None, None if engine is None else [engine], seed, report).curves[
-        0
-    ]
+    engines = None if engine is None else [engine]
+    return responses(scene, sweep, None, engines, seed, report, progress=progress).curves[0]
 
 
 @names_arguments
@@ -152,6 +159,8 @@ def responses(
     engines: Sequence[Named] | None = None,
     seed: int = 0,
     report: Callback | None = None,
+    *,
+    progress: ProgressCallback | bool | None = None,
 ) -> FrequencyResponses:
     """The responses for all combinations of the values of scene keys, and by each of some engines.
 
@@ -171,6 +180,9 @@ def responses(
         the same seed, the same noise.
     report : callable, optional
         is called with the engine's name after each frequency.
+    progress : callable or bool, optional
+        is called with the fraction that is done; by default, or if True, a bar on a terminal or in
+        a notebook, and none if False.
 
     Returns
     -------
@@ -193,10 +205,23 @@ def responses(
     >>> [curve.engine for curve in hv.responses(scene, [0.9, 1.0], {"nondimensional.mu": [0.5, 2.0]}).curves]
     ['exact', 'exact']
     """
-    return draw(scene, sweep, None, seed, report, vary=vary, engines=engines)
+    problem = Problem.of(scene)
+    HarmonicDrive(problem)
+    chosen = engines_of(problem, engines, seed)
+    points = points_of(problem, vary)
+    rows = rows_of(problem, chosen, len(_frequencies(problem, sweep)), points)
+    calls = count(1)
+
+    def tell(name: str) -> None:
+        """Report a frequency, and to ``share`` the fraction of all that are done."""
+        (share or _nothing)(next(calls) / sum(rows.values()))
+        (report or _nothing)(name)
+
+    with reporting(progress, "response") as share:
+        return _responses(problem, sweep, points, chosen, tell)
 
 
-def _nothing(_: str) -> None:
+def _nothing(_: object) -> None:
     """Report nothing."""
 
 

@@ -8,6 +8,7 @@ import dataclasses
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TypeAlias
 
 from harvester.answers.estimate import Estimate
@@ -22,6 +23,7 @@ from harvester.studies.sweep.rows import SweepRow
 BATCH = 256  # points that an engine of formulas computes at once
 # points through which an engine goes from answer to answer: what is lost where a program is killed
 CONTINUED = 7
+FIRST = 2  # points of the first call, by which the time for all is known early
 
 Answer: TypeAlias = SweepRow | HarvesterError  # a row without the varied keys, or why there is none
 
@@ -101,7 +103,10 @@ def tasks(
             for e in engines
         ]
         for size, continues in sorted(set(sizes), reverse=True):
-            for numbers in (batch[first : first + size] for first in range(0, len(batch), size)):
+            shorter = FIRST if begin == 0 and size < BATCH else 0
+            calls = sorted({*range(0, len(batch), size), shorter})
+            for first, end in pairwise([*calls, len(batch)]):
+                numbers = batch[first:end]
                 for index in (k for k, how in enumerate(sizes) if how == (size, continues)):
                     if any(is_missing(point, index) for point in numbers):
                         yield Task(
