@@ -142,13 +142,14 @@ def _advance(z, room, state, b, noisy, schedule, h, load, c, shaker):
     at = load.circuit.voltages_at
     volts = load.circuit.volts
     unit = load.circuit.unit / (schedule.stride * load.circuit.record[0].seconds)
-    ahead = schedule.samples * schedule.stride * BATCH
+    moving = schedule.moving
+    ahead = schedule.samples * schedule.stride * moving
     for _ in range(schedule.samples):
         for k in range(schedule.stride):
             if noisy and k % steps == 0:
                 draw_noise(noise, b.s0, b.s1, schedule.doublings)
             shake_and_add(b, filtered, accelerations, coarse, shaker, 1.0)
-            for i in range(BATCH):
+            for i in range(moving):
                 a, a1 = shaken(i, accelerations, shaker)
                 _fetched(i, state, load)
                 for j in range(len(load.counts)):
@@ -170,10 +171,10 @@ def _advance(z, room, state, b, noisy, schedule, h, load, c, shaker):
                 sums[13, i] += load.counts[0] * unit
                 sums[14, i] += load.counts[1]
                 sums[15, i] += load.counts[2]
-            ahead -= BATCH
+            ahead -= moving
             if chatters(sums, state[len(load.state) - 1], ahead):
                 return True
-        for i in range(BATCH):
+        for i in range(moving):
             _fetched(i, state, load)
             s = lane(i, z, c)
             a = last_acceleration(i, shaker)

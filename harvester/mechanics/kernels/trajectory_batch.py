@@ -89,13 +89,15 @@ class Schedule(NamedTuple):
 
     A draw of random bits is the noise of two steps, and ``stride`` even; or of one step, after
     ``doublings`` of it.  By ngspice's rule the state is that of a sample in mid-drift, at which
-    ngspice has ``landed``, and continues from there.
+    ngspice has ``landed``, and continues from there.  A circuit's own kernel advances the first
+    ``moving`` trajectories of a batch, and no others.
     """
 
     samples: int
     stride: int
     doublings: int
     landed: bool = False
+    moving: int = BATCH
 
 
 @forced
