@@ -46,7 +46,7 @@ HALF = BATCH // 2  # trajectories of each block with more of a key; the others h
 # part of the burn-in's time: an ensemble whose key has changed by 5 % settles again in
 SETTLING = 0.5
 # parts of the burn-in's time: the windows of a mean, until its error is small
-WINDOWS = (0.125, 0.125, 0.25, 0.25, 0.25, 0.5, 0.5, 1.0, 1.0)
+WINDOWS = (0.125, 0.125, 0.25, 0.25, 0.25, 0.5, 0.5, 1.0, 1.0, 2.0, 2.0)
 SMALL = 0.01  # sampling error of a sensitivity (95 %) that is sought, of the larger of it and 1
 
 
