@@ -19,6 +19,7 @@ from harvester.mechanics.kernels.driver import (
     is_given_up,
     load_aside,
     load_at,
+    moving,
     put_load,
 )
 from harvester.mechanics.kernels.intervals import EXACT
@@ -77,9 +78,14 @@ def _put_load(i, z, sums, changed, c, load):
     sums[15 * BATCH + i] += changed.counts[2]
 
 
+@version_of(moving, load=NetlistLoads)
+def _moving(schedule, load):
+    return schedule.moving
+
+
 @version_of(is_given_up, load=NetlistLoads)
 def _is_given_up(sums, load, ahead):
-    return chatters(sums, load.states[len(load.states) - 1], ahead * BATCH)
+    return chatters(sums, load.states[len(load.states) - 1], ahead)
 
 
 @inlined

@@ -1,13 +1,16 @@
 """Normalised sensitivities of a netlist's power: its compiled circuit at two values of each key on the same noise.
 
-All ensembles continue from one burn-in, at a step of as many seconds, on the noise that follows it,
-so that the two powers of a key differ by the key alone.  With ln P a mean over trajectories,
+All ensembles continue from one burn-in on the noise that follows it, so that powers differ by the
+key alone.  White noise is the same in any unit of time: a step is the same part of an ensemble's
+own period, since otherwise a key that moves the resonance would turn the phase of the response
+against the noise.  Other excitation has steps of as many seconds.  With ln P a mean over half of
+the trajectories, those with more of the key in E+, the others with less in E-,
 
     E+ = (ln P(1 + d) - ln P)/ln(1 + d),   E- = (ln P(1 - d) - ln P)/ln(1 - d),
 
-the normalised sensitivity at the key's value is between E- and E+ if it only grows or only falls from
-1 - d to 1 + d.  The value is the difference of the outer two, exact for any power law, and half of
-|E+ - E-| its step error, plus that of the power at the ensembles' time step, relative.
+the normalised sensitivity at the key's value is between E- and E+ if it only grows or only falls
+from 1 - d to 1 + d.  The value is the mean of both, exact for any power law, and half of |E+ - E-|
+its step error, plus that of the power at the ensembles' time step, relative.
 """
 
 import math
@@ -15,7 +18,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -40,14 +43,12 @@ from harvester.uncertainty.paired_difference import difference95
 from harvester.uncertainty.value import Value
 
 ROOT = np.random.SeedSequence(11)
+HALF = BATCH // 2  # trajectories of each block with more of a key; the others have less
 # part of the burn-in's time: an ensemble whose key has changed by 5 % settles again in
 SETTLING = 0.5
 # parts of the burn-in's time: the windows of a mean, until its error is small
-WINDOWS = (0.25, 0.25, 0.25, 0.25, 0.5, 0.5, 1.0, 1.0)
+WINDOWS = (0.125, 0.125, 0.25, 0.25, 0.25, 0.5, 0.5, 1.0, 1.0, 2.0, 2.0)
 SMALL = 0.01  # sampling error of a sensitivity (95 %) that is sought, of the larger of it and 1
-
-
-_Entries: TypeAlias = tuple[Floats, Floats | None]  # of trajectories, and their controls
 
 
 def keys_with_elements(problem: Problem) -> Iterator[tuple[str, float]]:
@@ -137,9 +138,21 @@ class _Settled:
         self.time = first.time
         self.origin: Any = (first.state.copy(), first.filter.copy(), first.words.copy())
 
-    def continued(self, problem: Problem) -> "_Continued":
-        """The ensemble of a problem, from here on."""
-        ratio = problem.scales.frequency / self.problem.scales.frequency
+    def continued(self, problem: Problem, half: int) -> "_Continued":
+        """Half 0 or 1 of the trajectories of each block, with one key changed."""
+        if self.problem.equations.is_shaken_otherwise:
+            ratio = problem.scales.frequency / self.problem.scales.frequency
+        else:
+            before, after = (each.equations.beta or 0.0 for each in (self.problem, problem))
+            stiffer = (1.0 + after * self._stiffening) / (1.0 + before * self._stiffening)
+            ratio = 1.0 / math.sqrt(stiffer)
+        return self._continued(problem, ratio, half * HALF, HALF)
+
+    def _continued(self, problem: Problem, ratio: float, first: int, moving: int) -> "_Continued":
+        """So many trajectories of each block from the ``first`` on.
+
+        ``ratio`` is that of the step to the burn-in's, both nondimensional.
+        """
         model = Compiled().model(problem)
         ensemble = Trajectories(
             problem.equations,
@@ -148,11 +161,14 @@ class _Settled:
             self.h * ratio,
             circuit=model.circuit,
             controlled=True,
-            origin=self._origin_of(problem.equations),
+            origin=tuple(
+                np.roll(array, -first, axis=-1) for array in self._origin_of(problem.equations)
+            ),
         )
-        ensemble.run(SETTLING * self.time * ratio)
+        ensemble.moving = moving
+        settling = ensemble.run(SETTLING * self.time * ratio)
         watts = problem.units.watts * (problem.equations.beta or 0.0)
-        return _Continued(ensemble, self.time * ratio, watts)
+        return _Continued(ensemble, self.time * ratio, watts, settling)
 
     def _origin_of(self, eqs: Equations) -> tuple[Any, Any, Any]:
         """The states at the end of the burn-in, with a sinusoid of the amplitude in ``eqs``."""
@@ -166,23 +182,36 @@ class _Settled:
     @cached_property
     def unchanged(self) -> "_Continued":
         """The ensemble of the scene itself."""
-        return self.continued(self.problem)
+        return self._continued(self.problem, 1.0, 0, BATCH)
+
+    @cached_property
+    def _stiffening(self) -> float:
+        """The part of beta, the stiffness of an open piezo, in the mean squared frequency."""
+        settling = self.unchanged.settling
+        spread = settling.x2.mean() - settling.x.mean() ** 2
+        stiffening = (settling.v2.mean() / spread - 1.0) / (self.problem.equations.beta or 1.0)
+        return float(np.clip(stiffening, 0.0, 1.0))
 
 
 @dataclass
 class _Continued:
     """The means of an ensemble over the first one, two and more `WINDOWS`.
 
-    ``burn_in`` is the nondimensional time of a burn-in, ``watts`` the unit of the load's power.
+    ``burn_in`` is the nondimensional time of a burn-in, ``watts`` the unit of the load's power,
+    ``settling`` the means before the first window.
     """
 
     ensemble: Trajectories
     burn_in: float
     watts: float
+    settling: Moments
     means: list[Moments] = field(default_factory=list)
 
-    def log_power(self, windows: int) -> _Entries:
-        """Entries with the mean ln P, to first order in their spread, and their controls."""
+    def log_power(self, windows: int, half: int) -> Floats:
+        """Entries of a half with the mean ln P, to first order in their spread, and controls.
+
+        Shape (blocks, HALF, 1 + controls).
+        """
         while len(self.means) < windows:
             k = len(self.means)
             moments = self.ensemble.run(WINDOWS[k] * self.burn_in)
@@ -190,24 +219,28 @@ class _Continued:
                 moments = self.means[-1].mixed(moments, WINDOWS[k] / sum(WINDOWS[: k + 1]))
             self.means.append(moments)
         moments = self.means[windows - 1]
-        mean = float(controlled_entries(moments.load, moments.controls).mean())
+        controls = [] if moments.controls is None else [moments.controls]
+        table = np.column_stack([moments.load, *controls])
+        table = table.reshape(-1, 2, HALF, table.shape[1])[:, half]
+        load = table[..., 0].ravel()
+        mean = float(controlled_entries(load, table.reshape(len(load), -1)[:, 1:]).mean())
         check_power(mean)
-        return math.log(mean * self.watts) + (moments.load - mean) / mean, moments.controls
+        table[..., 0] = math.log(mean * self.watts) + (table[..., 0] - mean) / mean
+        return table
 
 
 class _Pair:
-    """The ensembles of a key at more and less than its value, by the part ``change``."""
+    """Half of the trajectories at more of a key, half at less, by the part ``change``."""
 
     def __init__(self, settled: _Settled, key: str, value: float, change: float) -> None:
         self.settled = settled
-        self.change = change
         self.begin = time.monotonic()
-        self.more, self.less = (
-            settled.continued(
-                Problem(settled.problem.scene.vary(key, (1.0 + sign * change) * value))
-            )
-            for sign in (1, -1)
-        )
+        factors = 1.0 + change, 1.0 - change
+        self.widths = np.log(factors)[:, None, None]
+        self.halves = [
+            settled.continued(Problem(settled.problem.scene.vary(key, factor * value)), half)
+            for half, factor in enumerate(factors)
+        ]
         self.least_seconds = 0.0  # that one such key needs
 
     def elasticity(self, deadline: float) -> Value:
@@ -225,23 +258,23 @@ class _Pair:
 
     def _over(self, windows: int) -> Value:
         """The sensitivity over so many windows, with the error of the finite change as its bias."""
-        up = math.log1p(self.change)
-        down = math.log1p(-self.change)
-        more, less, unchanged = (
-            each.log_power(windows) for each in (self.more, self.less, self.settled.unchanged)
-        )
-        slope = self._difference(more, less).scaled(1.0 / (up - down))
-        bent = self._difference(_slope(more, unchanged, up), _slope(less, unchanged, down))
-        return replace(slope, bias=0.5 * abs(bent.value))
+        low = [self.settled.unchanged.log_power(windows, half) for half in (0, 1)]
+        high = [each.log_power(windows, 0) for each in self.halves]
+        lows = np.stack(low, axis=1)
+        highs = np.stack(high, axis=1)
+        origin = lows[..., 0].mean()
+        lows[..., 0] -= origin
+        highs[..., 0] -= origin
+        lows /= self.widths
+        highs /= self.widths
+        slope = self._difference(highs, lows)
+        highs[..., 0] -= slope.value
+        sign = np.sign(self.widths)
+        return replace(slope, bias=abs(self._difference(highs * sign, lows * sign).value))
 
-    def _difference(self, high: _Entries, low: _Entries) -> Value:
-        """The mean of ``high`` less that of ``low``."""
-        return difference95(high[0], low[0], (high[1], low[1]), self.settled.together)
-
-
-def _slope(changed: _Entries, unchanged: _Entries, width: float) -> _Entries:
-    """Entries of (ln P(1 + d) - ln P)/ln(1 + d) and their controls, with ``width`` = ln(1 + d)."""
-    values = (changed[0] - unchanged[0]) / width
-    if changed[1] is None or unchanged[1] is None:
-        return values, None
-    return values, (changed[1] - unchanged[1]) / width
+    def _difference(self, highs: Floats, lows: Floats) -> Value:
+        """The mean of ``highs`` less that of ``lows``, entries of both halves of each block."""
+        high = highs.reshape(-1, highs.shape[-1])
+        low = lows.reshape(high.shape)
+        controls = high[:, 1:], low[:, 1:]
+        return difference95(high[:, 0], low[:, 0], controls, self.settled.together)

@@ -107,7 +107,7 @@ def sensitivity(
     for the density and one of its adjoint equations.  With a netlist they include its elements:
     with a storage capacitor or a chip behind the rectifier by engine `Slow`, otherwise by the
     compiled circuit: under a sinusoid from its periodic responses, under noise from two ensembles
-    per key on the same noise, until the sampling error (95 %) is 0.01 or for four times the
+    per key on the same noise, until the sampling error (95 %) is 0.01 or for eight times the
     burn-in.  Their model error is unknown.
 
     Parameters

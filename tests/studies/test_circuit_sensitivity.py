@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import harvester as hv
@@ -11,6 +12,7 @@ from harvester.errors import InputError
 from harvester.mechanics.ensemble.burn_in import burn_in
 from harvester.mechanics.ensemble.richardson import RichardsonPair
 from harvester.mechanics.ensemble.trajectories import Trajectories
+from harvester.studies import circuit_sensitivity
 from harvester.studies.circuit_sensitivity import ROOT, by_ensembles, keys_with_elements
 from harvester.studies.tolerance.spreads import parse
 from tests.support.netlists import BRIDGE, STORE, on_plate
@@ -108,6 +110,17 @@ def test_the_error_that_is_aimed_at_is_reached(tmp_path, body):
 
 
 @pytest.mark.ngspice
+def test_a_resonance_that_a_key_moves_stays_in_phase_with_its_noise(tmp_path):
+    """White noise is the same in any unit of time: with noise in seconds this error was 0.0081,
+    over longer windows."""
+    found = hv.sensitivity(on_plate(tmp_path, LINEAR))
+    of = dict(zip(found.keys, found.elasticities, strict=True))
+    assert of["oscillator.mass"].sampling95 < 0.005
+    for value, right, error in sums(found):
+        assert abs(value - right) < error < 0.15
+
+
+@pytest.mark.ngspice
 def test_under_a_sinusoid_the_elasticities_are_those_of_periodic_responses(tmp_path):
     """No sampling error, but a step error each; twice the amplitude is four times the power."""
     scene = replace(on_plate(tmp_path, LINEAR), excitation=DRIVE)
@@ -190,6 +203,42 @@ def test_a_bridge_has_the_elasticity_of_runs_on_other_noise(tmp_path):
         abs(secant - elasticity.value)
         < 4.0 * math.hypot(error, elasticity.stderr) + elasticity.bias + 0.01
     )
+
+
+@pytest.mark.thorough("test_every_element_is_a_key")
+@pytest.mark.ngspice
+def test_stated_errors_hold_for_other_noise(tmp_path, monkeypatch):
+    """From 24 seeds: the spread is at most the stated standard error, within its own sampling error."""
+    problem = Problem(on_plate(tmp_path, LINEAR))
+    power = hv.Value(1e-6, bias=0.0)
+    by_key = {}
+    for seed in range(24):
+        monkeypatch.setattr(circuit_sensitivity, "ROOT", np.random.SeedSequence(seed))
+        done = by_ensembles(problem, power, lambda _: None)
+        assert not done.failed
+        for key, (_, slope) in done.by_key.items():
+            by_key.setdefault(key, []).append(slope)
+    for key, slopes in by_key.items():
+        if key == "excitation.acceleration_psd":  # 1, whatever the noise is
+            assert all(abs(slope.value - 1.0) < 1e-5 + slope.bias for slope in slopes)
+            continue
+        spread = np.std([slope.value for slope in slopes], ddof=1)
+        stated = math.sqrt(np.mean([slope.stderr**2 for slope in slopes]))
+        assert spread < stated * (1.0 + 4.0 / math.sqrt(2.0 * 23.0)), key
+        assert spread > 0.2 * stated, key
+
+
+def test_a_circuit_advances_some_of_its_trajectories(tmp_path):
+    """The others keep their states; those advanced are the same as among all."""
+    problem = Problem(on_plate(tmp_path, LINEAR))
+    circuit = hv.Compiled().model(problem).circuit
+    both = [Trajectories(problem.equations, 64, ROOT, circuit=circuit) for _ in range(2)]
+    both[1].moving = 32
+    before = both[1].state.copy()
+    whole, part = (each.run(5.0) for each in both)
+    assert np.array_equal(both[0].state[..., :32], both[1].state[..., :32])
+    assert np.array_equal(before[..., 32:], both[1].state[..., 32:])
+    assert np.array_equal(whole.load[:32], part.load[:32]) and not part.load[32:].any()
 
 
 def test_options_that_would_do_nothing_are_refused(tmp_path):

@@ -133,6 +133,7 @@ class Trajectories:
         self.start = start
         self.ngspice_rule = ngspice_rule
         self.steps = 0
+        self.moving = BATCH  # trajectories of each block, with a circuit's own kernel
         self.rate = math.inf  # steps per second, if it was measured
         self.put_behind(circuit)
         self.hopping: Hopping | None = None  # if transitions are too rare to forget the start
@@ -217,7 +218,7 @@ class Trajectories:
         noise = aligned((self.blocks, pair.martingales, BATCH)) if self.controlled else None
         begin = pair.boundary(self._states()) if self.controlled else np.empty(0)
         landed = self.ngspice_rule and self.time > 0.0
-        schedule = Schedule(samples, self.stride, self.doublings, landed)
+        schedule = Schedule(samples, self.stride, self.doublings, landed, self.moving)
         steps = PIECE if math.isinf(deadline) else WATCHED
         longest = max(1, steps // self.stride) if pair.is_dear else samples
         reached = np.zeros(self.blocks)

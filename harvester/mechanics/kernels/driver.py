@@ -25,6 +25,7 @@ A further load is a type with its answers to `drifted`, `aside` and `noted` on a
 a load.  Neither changes a driver.
 """
 
+from harvester.mechanics.kernels.coefficients import BATCH
 from harvester.mechanics.kernels.compiled import forced, otherwise
 from harvester.mechanics.kernels.noise import draw_noise
 
@@ -163,6 +164,12 @@ def end_draw(controls, before, kick_sums, c, load):
 
 
 @otherwise
+def moving(schedule, load):
+    """How many of the trajectories of a batch are advanced."""
+    return BATCH
+
+
+@otherwise
 def is_given_up(sums, load, ahead):
-    """Whether a batch ends early, with so many steps of its trajectories ``ahead``."""
+    """Whether a batch ends early, with so many steps of trajectories ``ahead``."""
     return False

@@ -29,6 +29,7 @@ from harvester.mechanics.kernels.driver import (
     kicked,
     load_aside,
     load_at,
+    moving,
     oscillator,
     other_variate,
     put,
@@ -85,13 +86,15 @@ class Schedule(NamedTuple):
 
     A draw of random bits is the noise of two steps, and ``stride`` even; or of one step, after
     ``doublings`` of it.  By ngspice's rule the state is that of a sample in mid-drift, at which
-    ngspice has ``landed``, and continues from there.
+    ngspice has ``landed``, and continues from there.  A circuit's own kernel advances the first
+    ``moving`` trajectories of a batch, and no others.
     """
 
     samples: int
     stride: int
     doublings: int
     landed: bool = False
+    moving: int = BATCH
 
 
 @forced
@@ -131,7 +134,8 @@ def advance(b, schedule, h, load, c, shaker, update):
     coarse = schedule.doublings > 0
     steps = 1 if coarse else 2
     landed = schedule.landed
-    ahead = schedule.samples * schedule.stride
+    lanes = moving(schedule, load)
+    ahead = schedule.samples * schedule.stride * lanes
     for _ in range(schedule.samples):
         for first in range(0, schedule.stride, steps):
             draw(
@@ -161,7 +165,7 @@ def advance(b, schedule, h, load, c, shaker, update):
                     mu=conductance(c, load),
                 )
                 drift_all(z, driven, accelerations, d, c, load, shaker=shaker)
-                for i in range(BATCH):
+                for i in range(lanes):
                     a, a1 = shaken(i, accelerations, shaker)
                     s, changed, did = drifted(
                         state_at(i, z, c), z, d, c, a, load_at(i, z, c, load, driven)
@@ -181,13 +185,13 @@ def advance(b, schedule, h, load, c, shaker, update):
                     sums[11 * BATCH + i] += energy_of(did, c, load)
                     if shaker is not None:
                         sums[12 * BATCH + i] += 0.5 * h * a1 * (v + speed(after, z, c))
-                ahead -= 1
+                ahead -= lanes
                 if is_given_up(sums, load, ahead):
                     return True
             end_draw(controls, before, kick_sums, c, load)
         landed = True
         drift_all_aside(z, mid, driven, accelerations, half, c, load=load, shaker=shaker)
-        for i in range(BATCH):
+        for i in range(lanes):
             a = last_acceleration(i, shaker)
             s = state_at(i, z, c)
             s_mid, load_mid, did = drifted(
