@@ -1,27 +1,29 @@
 """Engine `compiled` under a steady excitation: the periodic response at several steps, and ngspice's from there."""
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import Progress, estimate
+from harvester.engines.refinement import WITHIN, Refinement, Setting
 from harvester.engines.spice.estimates import missed, motion_details
-from harvester.engines.spice.steady import FINEST, ROUGHEST, SETTLED, WITHIN
 from harvester.engines.spice.steady_response import steps_in_period, to_be_found
 from harvester.equations.bounds import linear_growth
+from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.errors import CircuitError, MissingProgramError, OutOfTimeError
 from harvester.linear.record_doubts import join_beyond, record_doubts
 from harvester.netlists.for_ngspice import RELTOL_OF_JUDGE
 from harvester.presentation.diagnostic import note, warning
 from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
-from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value
 
 if TYPE_CHECKING:
     from harvester.circuits.circuit_period import CircuitPeriod, CircuitStart
+    from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.cosimulation.poincare_sections import Origin
 
 # of a circuit's step: with the usual 0.03 switches act at a little other times each period
@@ -31,23 +33,46 @@ JUDGED = 0.5  # of a budget, that ngspice may take
 PATIENCE, AGAIN = 30.0, 3.0
 
 
-@dataclass
-class CompiledPeriods:
-    """A response at steps that are halved, ``responses``; ``differences`` are ngspice's, relative, by quantities."""
+@dataclass(kw_only=True)
+class CompiledPeriods(Refinement["CircuitPeriod"]):
+    """A response of a compiled ``circuit`` at steps that are halved, the longest ``h``.
 
-    responses: "list[CircuitPeriod]" = field(default_factory=list)
+    ``differences`` are ngspice's, relative, by quantities; ``progress`` has the part of the steps
+    that may be needed.
+    """
+
+    circuit: "CompiledCircuit"
+    eqs: Equations
+    h: float
+    progress: Progress | None = None
     differences: dict[str, float] = field(default_factory=dict)
 
+    def begin(self, near: "CircuitStart | None") -> bool:
+        """Find the response from rest, or near that of an excitation close by; whether one comes back."""
+        response = self._at(0, near)
+        if response is not None:
+            self.responses[0, 0] = response
+        return response is not None
+
+    def responses_at(self, settings: list[Setting]) -> "Iterator[CircuitPeriod | None]":
+        """As of `Refinement`, each from the one before."""
+        for halvings, _ in settings:
+            yield self._at(halvings, self.last)
+
+    def _at(self, halvings: int, near: "CircuitStart | None") -> "CircuitPeriod | None":
+        """The response near another one, at the step that is halved so often."""
+        from harvester.circuits.circuit_period import periodic_response
+
+        if self.progress is not None:
+            self.progress(halvings / (self.halvings + 2.0))
+        return periodic_response(self.circuit, self.eqs, self.h / 2**halvings, self.enough, near)
+
     def value(self, name: str) -> Value:
-        """The ``power`` (W), ``square`` (V^2) or ``displacement`` with its errors (step, settling) and model."""
-        values = [float(getattr(response, name)) for response in self.responses]
-        last = self.responses[-1]
-        left = self.responses[-1].left[0 if name == "power" else 1]
-        value, step = limit(values) if len(values) > 2 else (values[-1], None)
-        bias = None if step is None else step + left * abs(last.power if name == "power" else value)
+        """A quantity of `errors` with its errors (step, settling) and model."""
+        value, error = self.errors(name)
         if name not in self.differences:
-            return Value(value, bias=bias, unknown=COMPILED_CIRCUIT)
-        return Value(value, bias=bias, model=self.differences[name] * abs(value))
+            return Value(value, bias=error.total, unknown=COMPILED_CIRCUIT)
+        return Value(value, bias=error.total, model=self.differences[name] * abs(value))
 
 
 def steady_answer(
@@ -80,9 +105,9 @@ def steady_answer(
             else JUDGED * budget
         )
         periods.differences = _differences(
-            options, problem, periods.responses[0], time.monotonic() + patience
+            options, problem, periods.responses[0, 0], time.monotonic() + patience
         )
-    last = periods.responses[-1]
+    last = periods.last
     power = periods.value("power")
     details = {"step": last.path.h / problem.units.frequency, "response_periods": float(last.turns)}
     details |= motion_details(problem, periods.value, last)
@@ -95,7 +120,7 @@ def steady_answer(
         join_beyond(problem.equations, within),
     ]
     v2 = periods.value("square").scaled(problem.scales.volts**-2)
-    steps = sum(response.steps for response in periods.responses)
+    steps = sum(response.steps for response in periods.responses.values())
     seconds = time.perf_counter() - begin - compiling.seconds
     watts = power.scaled(1.0 / problem.scales.watts)
     return estimate(
@@ -117,27 +142,23 @@ def _periods(
     within: float,
     progress: Progress | None,
 ) -> CompiledPeriods | None:
-    """The response at steps that are halved until their error is below the target; None if none comes back."""
-    from harvester.circuits.circuit_period import periodic_response
+    """The response at three steps at least, until their error is below the target; None if none comes back."""
     from harvester.circuits.compiled_circuit import compiled_circuit
 
     eqs = problem.equations
-    circuit = compiled_circuit(problem.load_circuit, problem.scales, TOLERANCE)
     h, halvings = steps_in_period(eqs, options.step(problem.units.frequency))
-    enough = min(max(SETTLED * within, FINEST), ROUGHEST)
-    periods = CompiledPeriods()
-    halvings = max(halvings, 2)
-    for k in range(halvings + 1):
-        if progress is not None:
-            progress(k / (halvings + 2.0))
-        if (response := periodic_response(circuit, eqs, h / 2**k, enough, near)) is None:
-            return None
-        periods.responses.append(response)
-        near = response
-        power = periods.value("power")
-        if k >= 2 and (power.bias or 0.0) <= within * abs(power.value):
-            break
-    return periods
+    periods = CompiledPeriods(
+        halvings=max(halvings, 2),
+        within=within,
+        circuit=compiled_circuit(problem.load_circuit, problem.scales, TOLERANCE),
+        eqs=eqs,
+        h=h,
+        progress=progress,
+    )
+    if not periods.begin(near):
+        return None
+    periods.make_precise()
+    return None if periods.unknown else periods
 
 
 def _differences(

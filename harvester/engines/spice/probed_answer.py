@@ -17,10 +17,10 @@ from harvester.presentation.glossary import LEDGER
 from harvester.presentation.messages.unknown_parts import STEP, STEP_AND_TOLERANCE, TOLERANCE
 from harvester.presentation.sheet import ERROR_OF
 from harvester.uncertainty.paired_difference import difference95
-from harvester.uncertainty.richardson import limit
 from harvester.uncertainty.value import Value, mean_and_error
 
 if TYPE_CHECKING:
+    from harvester.cosimulation.periodic_responses import PeriodicResponse
     from harvester.engines.spice.runs import Runs
     from harvester.engines.spice.steady import Steady
 
@@ -138,22 +138,16 @@ def with_steady_probes(
 
 
 def _steady_value(steady: "Steady", probe: int, column: int) -> Value:
-    """One number of a periodic response; see `harvester.engines.spice.steady.Steady.errors`."""
+    """One number of a periodic response, with errors as of `harvester.engines.refinement`.
 
-    def at(halvings: int, tenths: int) -> float | None:
-        response = steady.responses.get((halvings, tenths))
-        return (
-            None
-            if response is None or response.probed is None
-            else float(response.probed[probe, column])
-        )
+    An extreme is of no order: the whole change by the tolerance counts.
+    """
 
-    finest, tenths = steady.finest, steady.tenths
-    values = [value for k in range(finest - 2, finest + 1) if (value := at(k, tenths)) is not None]
-    if steady.unknown or len(values) < 3:
-        return Value(values[-1], unknown=STEP_AND_TOLERANCE)
-    value, step = limit(values)
-    tighter = at(finest, tenths + 1)
-    change = 0.0 if tighter is None else tighter - values[-1]
-    settling = float(np.max(steady.last.left)) * abs(values[-1])
-    return Value(value + change, bias=step + abs(change) + settling)
+    def mean(response: "PeriodicResponse") -> float:
+        assert response.probed is not None, "the device has probes"
+        return float(response.probed[probe, column])
+
+    if steady.unknown:
+        return Value(mean(steady.last), unknown=STEP_AND_TOLERANCE)
+    value, error = steady.errors_of(mean, max, remains=1.0)
+    return Value(value, bias=error.total)

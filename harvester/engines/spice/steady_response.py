@@ -5,13 +5,13 @@ a neighbouring scene it is found in a few periods.
 """
 
 import dataclasses
-import math
 import time
 from typing import TYPE_CHECKING
 
 from harvester.engines.options import MonteCarloOptions, number
 from harvester.engines.protocol import Progress
-from harvester.engines.spice.steady import FEWEST_STEPS, HALVINGS, RUNNING, WITHIN, Steady
+from harvester.engines.refinement import FEWEST_STEPS, WITHIN
+from harvester.engines.spice.steady import HALVINGS, RUNNING, Steady
 from harvester.equations.bounds import linear_growth
 from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
@@ -110,7 +110,7 @@ def to_be_found(
     device = CoupledDevice(
         eqs, problem.scales, circuit, h, 1, reltol=reltol, probes=probes, trapezoidal=True
     )
-    return Steady(device, halvings, math.inf, number(options.within) or WITHIN)
+    return Steady(first=device, halvings=halvings, within=number(options.within) or WITHIN)
 
 
 def steps_in_period(eqs: Equations, dt: float | None) -> tuple[float, int]:
