@@ -250,7 +250,6 @@ REFERENCED = (
     "stop at a distance",
     "preload",
     "two stops",
-    "hard spring",
     "parametric",
     "bistable",
 )

@@ -76,13 +76,13 @@ def optimise(
     from harvester.equations.problem import Problem
     from harvester.machine.bars import Bar
     from harvester.studies.optimum import optimise as study
-    from harvester.studies.optimum.ranges import varied
+    from harvester.studies.optimum.ranges import middle, varied
 
     scene = output.scene
     objective = _objective_of(options)
     points = options.pop("points")
     kind = study.kind_of_search(**objective)
-    circuits = varied(objective["vary"])[0]
+    circuits, ranges = varied(objective["vary"])
     which: Any
     if kind == "devices":
         which = selection.engine(engine or formula(Problem(scene)).NAME, within=within, **options)
@@ -93,7 +93,8 @@ def optimise(
     elif kind == "circuits":
         which = selection.engine(engine or selection.ENGINE_OF_CIRCUITS, **options)
     else:
-        which = selection.engine(engine or selection.default_engine(scene, **options), **options)
+        default = selection.default_engine(middle(scene, ranges), **options)
+        which = selection.engine(engine or default, **options)
     seconds = budget or 60.0
     whole = seconds * max(len(circuits), 1)
     with Bar("optimise", at_most=True, shorter="a shorter --budget", budget=whole) as bar:

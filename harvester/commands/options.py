@@ -166,7 +166,7 @@ def sampling(
             type=int,
             default=0,
             show_default=True,
-            help="Random seed (same seed, same answer).",
+            help="Random seed (same seed and effort, same answer; a budget's effort depends on the machine's speed).",
         ),
     )
     effort = cloup.option_group(

@@ -72,7 +72,6 @@ def sweep(
 ) -> None:
     """Mean power over a range of one or several scene keys, by one or several engines."""
     from harvester.engines import selection
-    from harvester.equations.problem import Problem
     from harvester.machine.bars import EFFORT, RowsBar
     from harvester.presentation.sheet import sheet
     from harvester.studies.sweep.cluster import client_of
@@ -89,7 +88,7 @@ def sweep(
     within = options["within"]
     if within is not None and not engines:
         engines = (selection.default_engine(scene, within=within),)
-    which = chosen(Problem.of(scene), engines)
+    which = chosen(where.middle(scene), engines)
     budget = options["budget"]
     shorter = EFFORT if budget is None else ""
     computing = selection.engines(which.engines, **options)

@@ -268,6 +268,7 @@ GLOSSARY = _terms(
     ),
     sample_count=("samples", "", "The number of devices, including those without an answer."),
     standard_deviation=("standard deviation", "power", "The standard deviation of the powers."),
+    standard_deviation_error95=("its error, 95 %", "power", "The 95 % error of that deviation."),
     first=("variance share", "", "The fraction of the variance of the power due to a key alone."),
     first_error95=("+-", "", "The 95 % error of that fraction."),
     total=(

@@ -144,6 +144,11 @@ def problem_at(scene: Scene, ranges: Sequence[Range], u: Floats) -> Problem:
     return Problem(scene.varied({r.key: r.value(float(x)) for r, x in zip(ranges, u, strict=True)}))
 
 
+def middle(scene: Scene, ranges: Sequence[Range]) -> Problem:
+    """The problem in the middle of all ranges: these give a scene parts that it may not have itself."""
+    return problem_at(scene, ranges, np.full(len(ranges), 0.5))
+
+
 def spread(count: int, dimensions: int) -> Floats:
     """Places that fill the unit cube evenly, shape (count, dimensions): a grid of one key, Halton's points of several.
 

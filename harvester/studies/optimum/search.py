@@ -20,7 +20,7 @@ from harvester.scene.scene import Scene
 from harvester.studies.optimum import formula_search, gradient_search
 from harvester.studies.optimum.evaluations import Evaluation, Surface, with_options
 from harvester.studies.optimum.optimum_result import OptimalKey, Optimum, PowerPeak, end
-from harvester.studies.optimum.ranges import Range, Vary, problem_at, ranges
+from harvester.studies.optimum.ranges import Range, Vary, middle, problem_at, ranges
 from harvester.studies.optimum.sampled_search import SampledSearch
 from harvester.studies.optimum.search_result import SearchResult
 from harvester.studies.output_folder import OutputFolder, provenance
@@ -52,7 +52,9 @@ class SearchRequest:
         """The arguments of `harvester.optimise`, checked; raises InputError as it does."""
         searched = ranges(vary)
         problem = Problem.of(scene)
-        chosen = engine_of(default_engine(problem) if engine is None else engine)
+        chosen = engine_of(
+            default_engine(middle(problem.scene, searched)) if engine is None else engine
+        )
         if chosen.chooses:
             raise InputError(
                 "`engine` must be one for all places, such as 'ensemble', but is left out"

@@ -163,15 +163,22 @@ class Points:
         inner = np.linspace(0.0, len(self) - 1.0, count + 2)[1:-1]
         return frozenset(map(int, np.round(inner)))
 
+    def middle(self, scene: Scene) -> Problem:
+        """The problem of the middle point: a sweep gives a scene parts that it may not have itself."""
+        return self._problem(scene, len(self) // 2)
+
     def check(self, scene: Scene) -> None:
         """Raise InputError if the scene cannot be made at one of the points."""
         for point in range(len(self)):
-            try:
-                Problem(scene.varied(self.varied(point)))
-            except InputError as error:
-                if self.listed:
-                    raise InputError(f"{self.option}, point {point + 1}: {error}") from None
-                raise
+            self._problem(scene, point)
+
+    def _problem(self, scene: Scene, point: int) -> Problem:
+        try:
+            return Problem(scene.varied(self.varied(point)))
+        except InputError as error:
+            if self.listed:
+                raise InputError(f"{self.option}, point {point + 1}: {error}") from None
+            raise
 
 
 def grid(axes: Sequence[Axis]) -> Points:

@@ -77,8 +77,8 @@ def sweep(
         )
     problem = Problem.of(scene)
     axes = vary if isinstance(vary, Points) else axes_of(vary, problem.scene.tables())
-    which = chosen(problem, engines)
     points = axes if isinstance(axes, Points) else grid(axes)
+    which = chosen(points.middle(problem.scene), engines)
     with called("sweep"):
         return compute_table(
             problem.scene,

@@ -34,7 +34,7 @@ QUANTITIES = ("mean_power", "mean_square_voltage")
 # whose own error can be measured, or is none
 CHEAPEST_FIRST = ("exact", "averaged", "ideal", "ensemble", "slow", "compiled", "spice")
 CHECKS, CHECKS_BY_NGSPICE = (8, 0.005), (4, 0.02)  # runs, and their error
-SMALL = 0.5  # of the standard deviation of the powers: an error below is small against their spread
+SMALL = 0.2  # of the standard deviation of the powers: an error below is small against their spread
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,8 @@ class Samples:
     ``values`` are those of each of `QUANTITIES`, shape (n,), if ``served``; ``off`` the relative
     error at 95 % that is common to all or within which each lies, None if it is not known;
     ``checks`` state its origin; ``ratio`` is the factor of the powers.  The error of a value below
-    the ``least`` of its quantity is that of this value.
+    the ``least`` of its quantity is that of this value.  ``engine_off`` is the part of the powers'
+    ``off`` without that of a surface (None: all of it).
     """
 
     engine: str
@@ -54,12 +55,22 @@ class Samples:
     checks: tuple[Diagnostic, ...]
     ratio: float = 1.0
     least: dict[str, float] = field(default_factory=dict)
+    engine_off: float | None = None
 
     @property
     def small(self) -> bool:
         """Whether the error of the powers is known, and small against their spread."""
         off, power = self.off["mean_power"], self.values["mean_power"]
         return off is not None and off * abs(float(power.mean())) <= SMALL * float(power.std())
+
+    @property
+    def error_deviation(self) -> float:
+        """The standard deviation of the engine's error among devices, in the unit of power; 0 if not known.
+
+        A device's relative error at 95 % counts as 1.96 of these.
+        """
+        off = self.off["mean_power"] if self.engine_off is None else self.engine_off
+        return (off or 0.0) / float(half95(1.0)) * abs(float(self.values["mean_power"].mean()))
 
 
 def cheapest(problem: Problem) -> type[Any]:
@@ -219,5 +230,11 @@ def interpolated(computed: Samples, outer: Samples, x: Floats, many: Floats) -> 
         note("polynomial_stands_for_others", runs=count, ends=len(x) - count),
     )
     return Samples(
-        computed.engine, values, np.ones(len(many), dtype=bool), off, checks, computed.ratio
+        computed.engine,
+        values,
+        np.ones(len(many), dtype=bool),
+        off,
+        checks,
+        computed.ratio,
+        engine_off=computed.off["mean_power"],
     )

@@ -19,7 +19,7 @@ from harvester.studies.tolerance.circuit_study import BUDGET, CircuitStudy, is_s
 from harvester.studies.tolerance.device_limits import PEAKS, Limit, lifetime_of
 from harvester.studies.tolerance.device_limits import limits as read_limits
 from harvester.studies.tolerance.first_order import FIRST_ORDER, first_order_engine, linear_law
-from harvester.studies.tolerance.spreads import spreads
+from harvester.studies.tolerance.spreads import PartSpread, spreads
 from harvester.studies.tolerance.study import ToleranceRequest, ToleranceRuns, ToleranceStudy
 from harvester.studies.tolerance.tolerance_result import ToleranceResult
 
@@ -123,11 +123,12 @@ def tolerance(
     if linear:
         _refuse_beside_first_order(checks, lifetime, execution.resume or None, bounds)
     years = lifetime_of(bounds, lifetime, problem)
+    middle = _middle(problem, spread)
     if linear:
-        chosen = first_order_engine(problem, engine, within, seed)
+        chosen = first_order_engine(middle, engine, within, seed)
     else:
-        chosen = engine_of(sampling.cheapest(problem)(seed=seed) if engine is None else engine)
-    _check_served(chosen, problem)
+        chosen = engine_of(sampling.cheapest(middle)(seed=seed) if engine is None else engine)
+    _check_served(chosen, middle)
     effort = Request(within=within, budget=options.get("budget"))
     count = SAMPLES if samples is None else samples
     request = ToleranceRequest(
@@ -180,6 +181,13 @@ def _refuse_beside_first_order(
     for name, given in (("checks", checks), ("lifetime", lifetime), ("resume", resume)):
         if given is not None:
             raise InputError(f"`{name}` must be left out with `runs` {FIRST_ORDER!r}, but is given")
+
+
+def _middle(problem: Problem, spread: Sequence[PartSpread]) -> Problem:
+    """The device in the middle of all spreads: a spread gives a scene parts that it may not have itself."""
+    values = design.values_at(spread, design.one_by_one(len(spread))[:1])[0]
+    keys = [part.key for part in spread]
+    return Problem.of(problem.scene.varied(dict(zip(keys, map(float, values), strict=True))))
 
 
 def _check_served(chosen: Engine, problem: Problem) -> None:

@@ -3,6 +3,7 @@
 Long because distribution, yield and sensitivity are properties of one result.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -23,12 +24,14 @@ from harvester.studies.tolerance.distribution import QUANTILES, ShareInterval, q
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.study import ToleranceRequest, ToleranceRuns
 from harvester.studies.tolerance.variance_shares import VarianceShares, indices
+from harvester.uncertainty.value import half95
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MISSES = ("surface_misses", "law_misses")
+TINY = 1e-300
 UNEXPLAINED = 0.05  # of the variance: a surface that misses more brings a warning
 CHECKS = (
     "error_by_engine",
@@ -97,6 +100,8 @@ class ToleranceResult(TableResult):
         whether its numbers are in SI units, rather than nondimensional.
     seconds : float
         the time of computing, without compilation (s).
+    error_deviation : float or None
+        the standard deviation of the engine's error among devices (W); None if it is not known.
     diagnostics : tuple of Diagnostic
         warnings and notes, each with a code, numbers and a sentence (``str``).
 
@@ -110,7 +115,8 @@ class ToleranceResult(TableResult):
     """
 
     DERIVED = (
-        *("mean", "standard_deviation", "error_from", "no_sensitivity", "sample_count"),
+        *("mean", "standard_deviation", "standard_deviation_error95"),
+        *("error_from", "no_sensitivity", "sample_count"),
         *("distribution", "limit_table", "key_table"),
     )
     INTERNAL = frozenset(
@@ -125,19 +131,10 @@ class ToleranceResult(TableResult):
             "met_each",
             "tornado",
         }
-        | {"nominal", "peaks_off"}
+        | {"nominal", "peaks_off", "error_deviation"}
     )
     NOT_SHOWN = frozenset(
-        {
-            "met",
-            "sensitivity",
-            "unexplained",
-            "failed",
-            "mean",
-            "standard_deviation",
-            "error_from",
-            "no_sensitivity",
-        }
+        {"met", "sensitivity", "unexplained", "failed", "mean", "error_from", "no_sensitivity"}
     )
     NOT_IN_JSON = frozenset({"distribution", "limit_table", "key_table"})
     JSON_NAMES: ClassVar[dict[str, str]] = {
@@ -168,6 +165,7 @@ class ToleranceResult(TableResult):
     seconds: float
     diagnostics: tuple[Diagnostic, ...] = ()
     peaks_off: dict[str, float] = field(default_factory=dict)
+    error_deviation: float | None = None
 
     @classmethod
     def of(
@@ -216,6 +214,7 @@ class ToleranceResult(TableResult):
             seconds=seconds,
             diagnostics=tuple(dict.fromkeys(remarks)),
             peaks_off={name: float(np.median(errors)) for name, errors in runs.peaks_off.items()},
+            error_deviation=None if samples.off["mean_power"] is None else samples.error_deviation,
         )
 
     @property
@@ -232,6 +231,21 @@ class ToleranceResult(TableResult):
     def standard_deviation(self) -> float:
         """The standard deviation of the powers."""
         return float(self.power.std())
+
+    @property
+    def standard_deviation_error95(self) -> float | None:
+        """The error of the standard deviation s at 95 % (W); None if the engine's error is not known.
+
+        The sum of the engine's part, which is at most the standard deviation of its error, of the
+        sampling error 1.96 sqrt((m4 - s^4)/(4 n s^2)) of n devices with the fourth central moment
+        m4, and of s u/2 for the fraction u of the variance that the polynomial does not explain.
+        """
+        deviation = self.standard_deviation
+        if self.error_deviation is None or not deviation > 0.0:
+            return self.error_deviation
+        fourth = float(((self.power - self.mean) ** 4).mean())
+        sampling = math.sqrt((fourth / deviation**2 - deviation**2) / (4.0 * len(self.power)))
+        return float(self.error_deviation + half95(sampling) + 0.5 * self.unexplained * deviation)
 
     @property
     def check(self) -> str:
@@ -416,7 +430,12 @@ def _shares(
     if request.matrix is not None:
         return {}, [note("no_shares_correlated")]
     try:
-        shares = indices(runs.surface, request.spreads, runs.surface.unexplained, request.seed)
+        ratio = runs.samples.error_deviation / max(
+            float(runs.samples.values["mean_power"].std()), TINY
+        )
+        shares = indices(
+            runs.surface, request.spreads, runs.surface.unexplained, request.seed, ratio
+        )
     except ImportError:
         return {}, [note("no_shares_library")]
     return shares, [] if shares else [note("no_shares_constant")]

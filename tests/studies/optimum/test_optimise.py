@@ -20,6 +20,7 @@ from harvester.presentation.diagnostic import warning
 from harvester.studies.optimum import evaluations, ranges
 from harvester.studies.optimum.box_fit import peak_of_box
 from harvester.studies.optimum.response_surface import Fit, design_size, exponents
+from harvester.studies.optimum.search import SearchRequest
 from harvester.uncertainty.value import Value
 from tests.support import systems
 from tests.support.paths import EXAMPLES
@@ -250,6 +251,13 @@ def test_exact_is_the_default_of_a_linear_scene():
     assert answer.engine == "exact"
     assert key.low95 < math.sqrt(1.0 + BETA) < key.high95 < 1.0001 * key.low95
     assert abs(answer.mean_power.value / linear_power(math.sqrt(1.0 + BETA)) - 1.0) < 1e-9
+
+
+def test_a_range_may_give_the_scene_a_stop():
+    """The engine is chosen for the devices of the ranges, not for the scene without them."""
+    vary = {"stop.gap": "0.1 mm:0.2 mm", "stop.restitution": "0.7:0.9"}
+    request = SearchRequest.of(EXAMPLES / "plate.toml", vary, None, 0.01, 1.0)
+    assert request.engine.NAME == "ensemble"
 
 
 def test_an_interval_holds_its_own_value():

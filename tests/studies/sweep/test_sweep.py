@@ -13,8 +13,8 @@ from harvester.equations.problem import Problem
 from harvester.errors import CannotServeError, InputError, SimulationError
 from harvester.presentation import plot
 from harvester.presentation.diagnostic import has
-from harvester.studies.sweep.points import read_axis
-from harvester.studies.sweep.sweep import for_circuit
+from harvester.studies.sweep.points import Axis, Points, read_axis
+from harvester.studies.sweep.sweep import chosen, for_circuit
 from tests.support.paths import EXAMPLES
 from tests.support.sweeps import swept, telling
 
@@ -183,6 +183,14 @@ def test_every_point_fails(tmp_path):
     assert caught.value.exit_status == 3
     assert len(rows(tmp_path)) == 2
     assert all("grows without bound" in row["error"] for row in rows(tmp_path))
+
+
+def test_a_sweep_may_give_the_scene_a_stop():
+    """The engines are chosen for the points, not for the scene without them."""
+    points = Points((Axis("stop.gap", (1e-4, 2e-4)), Axis("stop.restitution", (0.8,))))
+    which = chosen(points.middle(PLATE), None)
+    assert {"averaged", "ensemble"} <= {*which.engines}
+    assert "exact" not in which.engines
 
 
 def test_no_engine_serves(tmp_path):

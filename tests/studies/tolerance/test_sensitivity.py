@@ -9,7 +9,7 @@ import harvester as hv
 from harvester.studies.tolerance import design
 from harvester.studies.tolerance.spreads import PartSpread
 from harvester.studies.tolerance.surface import fit
-from harvester.studies.tolerance.variance_shares import indices
+from harvester.studies.tolerance.variance_shares import indices, turned
 
 ISHIGAMI = tuple(PartSpread(name, "uniform", (-math.pi, math.pi), "") for name in "abc")
 # Ishigami and Homma (1990) with a = 7, b = 0.1: D = a^2/8 + b pi^4/5 + b^2 pi^8/18 + 1/2.
@@ -68,3 +68,23 @@ def test_too_few_samples():
 
 def test_no_shares_of_what_does_not_change():
     assert indices(lambda x: np.ones(len(x)), ISHIGAMI) == {}
+
+
+def test_shares_turn_by_the_error_of_the_function():
+    """An error along the worst direction reaches the stated distance, and no random one exceeds it."""
+    rng = np.random.default_rng(4)
+    places = rng.random((4096, 2))
+    one, other = (places - places.mean(axis=0)).T / places.std(axis=0)[:, None]
+    other = other - one * (one @ other) / (one @ one)
+    other /= other.std()
+    share, ratio = 0.36, 0.2
+    y = np.sqrt(share) * one + np.sqrt(1.0 - share) * other
+    stated = float(turned(np.array([share]), ratio)[0])
+
+    def moved(error):
+        changed = y + ratio * error / error.std()
+        return (one @ changed) ** 2 / (one @ one) / (changed @ changed) - share
+
+    turns = [moved(np.cos(a) * one + np.sin(a) * other) for a in np.linspace(0.0, 6.3, 400)]
+    assert max(np.abs(turns)) == pytest.approx(stated, rel=1e-3)
+    assert max(abs(moved(rng.normal(size=4096))) for _ in range(20)) < stated
