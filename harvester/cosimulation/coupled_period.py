@@ -279,6 +279,11 @@ def periodic_response(
     stays = near is not None and (not linear or near.quiet > QUIET)
     if near and stays and (response := _settled(path, near.turns, linear, known, linear)):
         return response
+    if near is None and origin.turns > 1:  # its way may leave a response of several periods
+        path.section, _ = path.run(path.section, origin.turns * path.size)
+        if response := _settled(path, origin.turns, False):
+            return response
+        path = NgspiceMap(device, origin, 0.0, deadline, enough)
     moved = _moves_to_a_quiet_phase(path, near is None)
     known = None if moved else known
     if not linear:

@@ -4,6 +4,8 @@ numba's own cache looks only at the path and the time of the file of the functio
 here a kernel is made of functions from several files, so the cache folder is named by a hash of
 the code in all of them.  A compiled function can also be built again from its source,
 interpreted or compiled to exactly the same arithmetic.
+
+Long because all decorators share the flags and the cache.
 """
 
 import hashlib
@@ -34,7 +36,6 @@ from harvester.machine import folders
 from harvester.machine.automatic import is_on_terminal
 from harvester.mechanics.kernels import absent_effects, part_libraries, vector_width
 from harvester.mechanics.kernels.kernel_cache import FilesOfThisPackage, KeptFiles
-from harvester.mechanics.kernels.plain_results import PlainKernel
 
 config: Any = numba_config
 njit: Any = numba.njit
@@ -241,10 +242,32 @@ def otherwise(question: F) -> F:
     return version_of(question)(question)
 
 
+class _Kernel(CPUDispatcher):
+    """A function compiled for calls from Python."""
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for arguments of these types; TypeError for a result with a NamedTuple.
+
+        Numba calls its class, which fails after ^C, and does not notice: the process crashes.
+        """
+        entry = super().compile(sig)
+        result = self.nopython_signatures[-1].return_type
+        if any(isinstance(part, numba.types.BaseNamedTuple) for part in _with_parts(result)):
+            raise TypeError(f"{self.py_func.__qualname__} must return plain tuples, not {result}")
+        return entry
+
+
+def _with_parts(kind: Any) -> Iterator[Any]:
+    """A type, and the types of the items of tuples at any depth."""
+    yield kind
+    for part in getattr(kind, "types", ()):
+        yield from _with_parts(part)
+
+
 def kernel(function: F) -> F:
     """Compile a function called from Python, whose result has no NamedTuple, as `_cached`."""
     made = _cached(function)
-    made.__class__ = PlainKernel
+    made.__class__ = _Kernel
     return made  # type: ignore[no-any-return]
 
 
