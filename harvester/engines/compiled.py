@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
-# of a circuit's slowest clock, which averages have; part of that, as a rate has an error
+# fewest periods of a circuit's slowest clock in averages; part of that, as a rate has an error
 PERIODS, WHOLE = 4, 0.98
 NEAR = 0.15  # of a target, below which half of these runs do
 # s, of a response that never comes back, where no accuracy and no budget are given

@@ -46,7 +46,7 @@ ALIKE, UNLIKE = 1e-3, 0.05
 SHOCK_STEPS = 8  # of a shock, at least
 # times shorter than the step of the response: a shock that is shorter is a blow, whatever its shape
 SHORTER = 64
-NEGLIGIBLE = 1e-4  # of the load's power: power into storage that is left out
+NEGLIGIBLE = 1e-4  # power into storage that is left out, over the load's power
 ENOUGH = 10.0  # times 1/rate, of a burn-in that makes the shares of the wells stationary
 
 

@@ -7,8 +7,8 @@ until these times have passed: `LOAD_TIMES` time constants of the load (1/mu; wi
 correlation times of the energy, of V^2 and of the load's power, estimated from the same window.
 The last one may be shorter.
 
-A circuit with a kernel of its own may charge a storage capacitor while its load is off, which none of these shows: its
-windows go on while the energy in its capacitors changes (`surely_gained`), for `PATIENCE` times as
+A circuit with a kernel of its own may charge a storage capacitor while its load is off, which no such mean shows: its
+windows continue while the energy in its capacitors changes (`surely_gained`), for `PATIENCE` times as
 long and as long as a budget allows.  The averages then show whether it still does.
 
 Between unlike wells these times are those of x as well, which sees inter-well transitions.  If
@@ -57,7 +57,7 @@ DRIFTING = 2.0  # times as long, where means may still change by inter-well tran
 # times CORRELATION_TIMES: time constants of a small transient, of which e^-12 is left
 TRANSIENTS = 1.2
 OVER = 1.25  # times the budget, at which a window ends that became slower than expected
-# of the load's energy in the same time: a change of the stored energy that still counts as settled
+# a change of the stored energy that counts as settled, over the load's energy in that time
 CHARGED = 0.1
 # for storage that still changes: times the burn-in so far, and the part of a budget
 PATIENCE, CHARGING_ROOM = 32.0, 0.4

@@ -87,7 +87,7 @@ class RichardsonPair:
         self.seconds_a_unit = 0.0
         self._seconds_alone = 0.0  # the same at the step h
         self._moments: Moments | None = None
-        self.looks: list[Look] = []  # of the last averages, if functions of a circuit count
+        self.looks: list[Look] = []  # in the last averages, if a circuit counts
         self._gained: Floats | float = 0.0  # energies in storage, since averages began
         # at the step h and at the longer ones, over the time of all
         self._moments_of_all: list[Moments] = []
