@@ -62,7 +62,7 @@ DISPLACEMENT = "displacement_rms"
 PHASES = ("displacement_phase", "voltage_phase")
 PEAKS = "displacement_amplitude", "voltage_amplitude"  # of the response to a harmonic excitation
 # Of an answer that is none for the scene yet: it had not settled, or its runs were cut off.
-UNSETTLED = ("burn_in_stopped", "mean_while_settling", "ngspice_left_out")
+UNSETTLED = ("burn_in_stopped", "mean_while_settling", "ngspice_left_out", "storage_not_settled")
 
 
 class Estimate(Result):

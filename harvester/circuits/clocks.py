@@ -11,9 +11,7 @@ import numpy as np
 from harvester.arrays import Floats
 from harvester.circuits.compiled_circuit import CompiledCircuit
 from harvester.circuits.probed_path import tree_values
-from harvester.netlists.expression_tree import Node, operation
 
-COUNTING = ("floor", "ceil", "int", "nint")
 STEADY = 0.01  # largest relative difference between rates of a clock
 
 
@@ -22,14 +20,7 @@ class Clocks:
 
     def __init__(self, circuit: CompiledCircuit) -> None:
         self._circuit = circuit
-        counts = dict[Node, None]()
-        for function in circuit.system.functions:
-            for node in sorted(function.tree.nodes, key=lambda node: node.key):
-                if node.operation in COUNTING and not node.arguments[0].is_constant:
-                    counts[node.arguments[0]] = None
-                elif node.operation == "%":
-                    counts[operation("/", *node.arguments)] = None
-        self._counts = tuple(counts)
+        self._counts = circuit.system.counts
 
     def __bool__(self) -> bool:
         return bool(self._counts)
@@ -42,8 +33,11 @@ class Clocks:
         switches = states[:, circuit.switches_at : circuit.switches_at + circuit.sizes[2]]
         return np.stack([tree_values(node, inputs, switches) for node in self._counts], axis=1)
 
-    def slowest(self, states: Floats, seconds: float) -> float:
-        """The longest period (s) of a clock by states ``seconds`` apart; 0 without one."""
+    def slowest(self, states: Floats, seconds: float | Floats) -> float:
+        """The longest period (s) of a clock by n states, 0 without one.
+
+        They are ``seconds`` apart: a number, or one for each interval, shape (n - 1, 1).
+        """
         rates = np.diff(self.counts(states), axis=0) / seconds
         steady = [
             max(pair)

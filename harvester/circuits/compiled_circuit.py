@@ -298,6 +298,20 @@ class CompiledCircuit:
         """The place of a capacitor's charge in a state."""
         return [charge_name for charge_name, *_ in self.system.charges].index(name)
 
+    @property
+    def has_counts(self) -> bool:
+        """Whether its functions count whole periods; see `harvester.circuits.clocks`."""
+        return bool(self.system.counts)
+
+    def stored(self, state: Floats) -> Floats:
+        """The energy in the circuit's capacitors; see `OwnCircuit`.
+
+        It is without the piezo's, whose voltage is seen as such, and without clocks.
+        """
+        charges = state[:, MASS_ROWS : MASS_ROWS + self.sizes[3]]
+        joules = 0.5 * np.moveaxis(charges**2, 1, 2) @ self.system.elastances
+        return np.asarray(joules.ravel() / (self.scales.capacitance * self.scales.volts**2))
+
     def begin(self, state: Floats) -> None:
         """Fill the rows of circuits at rest."""
         state[:, MASS_ROWS : self.rows] = self.rest[:, None]

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 
 from harvester.circuits import junctions
 from harvester.circuits.semiconductors import area_of, model_of
-from harvester.circuits.system import GMIN, Function, Junction, Row, Switch, System
+from harvester.circuits.system import GMIN, PIEZO, Function, Junction, Row, Switch, System
 from harvester.circuits.transistors import Layer, add_junction, behind, bipolar, jfet, mosfet
 from harvester.errors import InputError
 from harvester.netlists.expression_tree import Node, constant, operation, with_leaves
@@ -109,7 +109,7 @@ def system_of(parts: dict[str, CircuitPart], capacitance: float) -> System:
     system = System(capacitance)
     across = system.across("p", "0")
     system.add_charge(
-        "piezo", across, {k: v * capacitance for k, v in across.items()}, 1.0 / capacitance
+        PIEZO, across, {k: v * capacitance for k, v in across.items()}, 1.0 / capacitance
     )
     for part in parts.values():
         stamp(part, system, parts)

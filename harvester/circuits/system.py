@@ -18,10 +18,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from harvester.arrays import Floats
-from harvester.netlists.expression_tree import Node, input_of
+from harvester.netlists.expression_tree import Node, input_of, operation
 from harvester.netlists.part import CircuitPart
 
 GMIN = 1e-12  # S, which ngspice puts beside every junction
+COUNTING = ("floor", "ceil", "int", "nint")
+PIEZO = "piezo"  # the name of its charge
 Row = dict[int, float]  # coefficients by the number of the unknown, or of the equation
 
 
@@ -159,6 +161,38 @@ class System:
         count = k if of_diodes else k - len(self.diodes)
         return next(
             name for name, many in self.elements.items() if many[0 if of_diodes else 1] > count
+        )
+
+    @property
+    def counts(self) -> tuple[Node, ...]:
+        """The arguments of functions that count whole periods."""
+        counts = dict[Node, None]()
+        for function in self.functions:
+            for node in sorted(function.tree.nodes, key=lambda node: node.key):
+                if node.operation in COUNTING and not node.arguments[0].is_constant:
+                    counts[node.arguments[0]] = None
+                elif node.operation == "%":
+                    counts[operation("/", *node.arguments)] = None
+        return tuple(counts)
+
+    @property
+    def elastances(self) -> Floats:
+        """1/C (1/F) of the charges of capacitors, shape (charges,).
+
+        0 for the piezo, for inductors, and for capacitors whose voltage is counted: that of a clock
+        grows for ever.
+        """
+        leaves = {
+            node.index for count in self.counts for node in count.nodes if node.operation == "input"
+        }
+        counted = [self.inputs[index][0] for index in leaves]
+        return np.array(
+            [
+                0.0
+                if name == PIEZO or column in counted or self.owners.keys() & column.keys()
+                else volts
+                for name, column, _, volts in self.charges
+            ]
         )
 
     @property

@@ -2,7 +2,10 @@
 
 import dataclasses
 import math
+import time
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from harvester.answers.estimate import Estimate
 from harvester.engines.ensemble import Ensemble
@@ -20,13 +23,15 @@ from harvester.engines.sampling import Model
 from harvester.equations.problem import Problem
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.presentation.engine_look import EngineLook
-from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT
+from harvester.presentation.messages.unknown_parts import COMPILED_CIRCUIT, OWN_CLOCK, STORAGE
 
 if TYPE_CHECKING:
     from harvester.circuits.circuit_period import CircuitStart
     from harvester.mechanics.ensemble.richardson import RichardsonPair
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
+# fewest periods of a circuit's slowest clock in averages; part of that, as a rate has an error
+PERIODS, WHOLE = 4, 0.98
 NEAR = 0.15  # of a target, below which half of these runs do
 # s, of a response that never comes back, where no accuracy and no budget are given
 LONGEST_SAMPLING = 120.0
@@ -187,6 +192,31 @@ class Compiled(Ensemble):
         )
         return difference, "difference_measured" if difference else self.MODEL_NOTE
 
+    def cover(self, problem: Problem, pair: "RichardsonPair", begin: float) -> None:
+        """Average over whole periods of the circuit's clocks, if that fits into the budget."""
+        budget = number(self.budget)
+        period = _clock(problem, pair) * problem.scales.frequency
+        if not period or budget is None or self.duration is not None:
+            return
+        more = max(math.ceil(pair.duration / period), PERIODS) * period - pair.duration
+        if pair.seconds_a_unit * more < begin + budget - time.perf_counter():
+            pair.extend(more)
+
+    def not_covered(
+        self, problem: Problem, pair: "RichardsonPair"
+    ) -> tuple[str, Diagnostic | None]:
+        """Storage that still changes much, or a clock of which the averages have fewer than `PERIODS`."""
+        from harvester.mechanics.ensemble.burn_in import CHARGED
+
+        power = pair.mean("load")[0]
+        if pair.charging > CHARGED * power:
+            share = pair.charging / power if power > 0.0 else None
+            return STORAGE, warning("storage_not_settled", share=share)
+        period = _clock(problem, pair)
+        if WHOLE * PERIODS * period * problem.scales.frequency > pair.duration:
+            return OWN_CLOCK, warning("clock_not_covered", period=period)
+        return "", None
+
     def looked_into(self, answer: Estimate, problem: Problem, pair: "RichardsonPair") -> Estimate:
         """The answer with the probes and elements that are asked for, along trajectories from settled states."""
         from harvester.circuits.compiled_circuit import CompiledCircuit
@@ -209,3 +239,17 @@ class Compiled(Ensemble):
 
         circuit = compiled_circuit(problem.load_circuit, problem.scales)
         return Model(problem.equations, circuit, "load", problem.equations.beta or 0.0)
+
+
+def _clock(problem: Problem, pair: "RichardsonPair") -> float:
+    """The longest period (s) of a clock of the compiled circuit, by the last averages; 0 without one."""
+    from harvester.circuits.clocks import Clocks
+    from harvester.circuits.compiled_circuit import CompiledCircuit
+    from harvester.mechanics.kernels.trajectory_batch import MASS_ROWS
+
+    circuit = pair.trajectories.circuit
+    if not pair.looks or not isinstance(circuit, CompiledCircuit):
+        return 0.0
+    times, states = zip(*pair.looks, strict=True)
+    seconds = np.diff(times)[:, None] / problem.scales.frequency
+    return Clocks(circuit).slowest(np.array(states)[:, MASS_ROWS : circuit.rows], seconds)

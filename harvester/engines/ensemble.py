@@ -139,6 +139,15 @@ class Ensemble(MonteCarloOptions, Engine):
         """The trajectories, compiled, that burn in: these, or cheaper ones in whose states these begin."""
         return trajectories
 
+    def not_covered(
+        self, problem: Problem, pair: "RichardsonPair"
+    ) -> tuple[str, Diagnostic | None]:
+        """The unknown part of a mean's error if averages lack a part of the response, and its warning."""
+        return "", None
+
+    def cover(self, problem: Problem, pair: "RichardsonPair", begin: float) -> None:
+        """Average for longer if a response repeats slowly and a budget since ``begin`` allows it."""
+
     def remark(self, code: str) -> Diagnostic | None:
         """The statement of the model's error: a warning if it is not known."""
         return (warning if code == self.MODEL_NOTE else note)(code) if code else None
@@ -242,9 +251,12 @@ class Ensemble(MonteCarloOptions, Engine):
         if problem.equations.load is None and setup.model.circuit is None:
             diagnostics.append(warning("open_circuit"))
         exact = agreed is not None and agreed.severity == "note"
+        uncovered, why = self.not_covered(problem, sampler.pair)
+        diagnostics.append(why)
         v2, power = (
             sampling.with_model(sampler.mean(name, exact), errors.get(name), self.UNKNOWN)
             .with_unknown(exists.unknown)
+            .with_unknown(uncovered)
             .scaled(factor)
             for name, factor in (("V2", 1.0), (setup.model.name, setup.model.factor))
         )
@@ -322,6 +334,7 @@ class Ensemble(MonteCarloOptions, Engine):
         if self.duration is not None:
             duration = (number(self.duration) or 0.0) * setup.unit
         pair = RichardsonPair(setup.trajectories, duration, budget)
+        self.cover(setup.problem, pair, setup.budget_begin)
         return EnsembleSampler(setup, pair, number(self.dt), progress)
 
 

@@ -12,7 +12,7 @@ from harvester.equations.coefficients import Equations
 from harvester.equations.problem import Problem
 from harvester.presentation.diagnostic import Diagnostic, note, warning
 from harvester.uncertainty.target import Target
-from harvester.uncertainty.value import Value, amount, mean_and_error
+from harvester.uncertainty.value import Value, amount, mean_and_error, stderr_of95
 
 if TYPE_CHECKING:
     from harvester.answers.estimate import SteadyResponse
@@ -46,6 +46,7 @@ ALIKE, UNLIKE = 1e-3, 0.05
 SHOCK_STEPS = 8  # of a shock, at least
 # times shorter than the step of the response: a shock that is shorter is a blow, whatever its shape
 SHORTER = 64
+NEGLIGIBLE = 1e-4  # power into storage that is left out, over the load's power
 ENOUGH = 10.0  # times 1/rate, of a burn-in that makes the shares of the wells stationary
 
 
@@ -196,6 +197,10 @@ def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> 
             hops.mean(pair.entries(name) if together == 1 else every, together), bias=bias
         )
     mean, error = pair.mean(name)
+    charging = pair.charging if name == "load" else 0.0
+    if charging > NEGLIGIBLE * mean:
+        error = math.hypot(error, stderr_of95(charging))
+        exact = False
     dof = None if pair.trajectories.together == 1 else len(pair.entries(name)) - 1.0
     return Value(mean, None if exact else error, bias, dof=dof)
 

@@ -34,7 +34,7 @@ BOUNDS = [
     ("questions of which load or how many modes", 67, 60),
     ("one-importer modules", 87, 25),
     ("lines above 100 columns", 2605, 0),
-    ("thousands of tokens", 629, 445),
+    ("thousands of tokens", 633, 445),
 ]
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -7,6 +7,10 @@ until these times have passed: `LOAD_TIMES` time constants of the load (1/mu; wi
 correlation times of the energy, of V^2 and of the load's power, estimated from the same window.
 The last one may be shorter.
 
+A circuit with a kernel of its own may charge a storage capacitor while its load is off, which no such mean shows: its
+windows continue while the energy in its capacitors changes (`surely_gained`), for `PATIENCE` times as
+long and as long as a budget allows.  The averages then show whether it still does.
+
 Between unlike wells these times are those of x as well, which sees inter-well transitions.  If
 inter-well transitions are so rare that this would last too long, the burn-in ends when all else is
 forgotten (`harvester.mechanics.ensemble.hopping`).
@@ -15,6 +19,7 @@ forgotten (`harvester.mechanics.ensemble.hopping`).
 import math
 import time
 
+from harvester.arrays import Floats
 from harvester.equations.bounds import (
     SLOWEST,
     friction_bounds,
@@ -39,6 +44,7 @@ from harvester.mechanics.kernels.step_size import (
 )
 from harvester.presentation.diagnostic import Diagnostic, warning
 from harvester.records.records import Record
+from harvester.uncertainty.value import mean_and_error
 
 SHORTEST = 0.25  # of the window before: one that ends a burn-in
 # times the burn-in so far, that a window must have for its correlation times
@@ -50,6 +56,10 @@ CORRELATION_TIMES = 10.0
 DRIFTING = 2.0  # times as long, where means may still change by inter-well transitions
 TRANSIENTS = 1.2  # times CORRELATION_TIMES: time constants of a small transient: e^-12 is left
 OVER = 1.25  # times the budget, at which a window ends that became slower than expected
+# a change of the stored energy that counts as settled, over the load's energy in that time
+CHARGED = 0.1
+# for storage that still changes: times the burn-in so far, and the part of a budget
+PATIENCE, CHARGING_ROOM = 32.0, 0.4
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
 
@@ -122,6 +132,7 @@ def until_steady(
     before = None
     first = None
     end = max(load, 3.0 * FIRST_WINDOW)  # two windows at least
+    storage = _Storage(trajectories, budget, begin)
     while True:
         length = _affordable(trajectories, length, load, budget, begin)
         now = _window(trajectories, length, end, budget, begin)
@@ -132,7 +143,8 @@ def until_steady(
         steady = _agree(means, before, "x2", "v2")
         response = forgotten * memory(trajectories, now, length)
         same = steady and _agree(means, before, "V2", "load")
-        if same and trajectories.time >= max(load, response):
+        settled = same and trajectories.time >= max(load, response)
+        if storage.lets_end(now, length, settled):
             return now, []
         if before is not None and (hops := _rare_hops(trajectories, now, length, same, load)):
             forgotten = CORRELATION_TIMES / hops.rate
@@ -146,8 +158,41 @@ def until_steady(
                 raise _not_stationary(trajectories)
             return now, [_cut_short(trajectories, load, response)]
         end = max(load, response)
-        length = _next_window(trajectories, length, same, end)
+        length = _next_window(trajectories, length, same and not settled, end)
         before = means
+
+
+class _Storage:
+    """The stored energy of trajectories from window to window."""
+
+    def __init__(self, trajectories: Trajectories, budget: float | None, begin: float) -> None:
+        self._trajectories = trajectories
+        self._room = None if budget is None else CHARGING_ROOM * budget
+        self._begin = begin
+        self._stored = trajectories.stored
+        self._end = math.inf
+
+    def lets_end(self, window: Moments, length: float, settled: bool) -> bool:
+        """Whether all else has ``settled``, and storage as well, or no time for another window is left.
+
+        Storage has if it changed little in a ``window`` of a ``length``.
+        """
+        before = self._stored
+        self._stored = self._trajectories.stored
+        now = self._trajectories.time
+        if not settled:
+            return False
+        self._end = min(self._end, PATIENCE * now)
+        gained = surely_gained(self._stored - before)
+        if gained <= CHARGED * length * float(window.load.mean()) or now >= self._end:
+            return True
+        return exceeds(self._trajectories, SHORTEST * now, self._room, self._begin)[0]
+
+
+def surely_gained(energies: Floats) -> float:
+    """The size of the mean of energies that trajectories gained, beyond two standard errors."""
+    mean, error = mean_and_error(energies)
+    return max(abs(mean) - 2.0 * error, 0.0)
 
 
 def _window(

@@ -124,6 +124,13 @@ class Loaded(Protocol):
     def powers(self, means: Moments, state: Floats) -> list[tuple[Floats, Floats]]:
         """The load's mean power in a window, and its power now, if it has one other than that of V^2."""
 
+    @property
+    def has_counts(self) -> bool:
+        """Whether functions of a circuit count, as those of clocks."""
+
+    def stored(self, state: Floats) -> Floats:
+        """Energy in storage that no moment shows, by trajectories, in the unit of `Moments.load` times time."""
+
     def check(self, own_sums: Floats, state: Floats) -> None:
         """Raise CircuitError if too many circuit steps failed; ``own_sums`` are those of the load alone."""
 
@@ -243,6 +250,15 @@ class WithResistor:
         """No power other than that of V^2."""
         return []
 
+    @property
+    def has_counts(self) -> bool:
+        """False: there is no function."""
+        return False
+
+    def stored(self, state: Floats) -> Floats:
+        """Nothing: the moments of V^2 and of the load's power show all storage."""
+        return np.zeros(state[:, 0].size)
+
     def check(self, own_sums: Floats, state: Floats) -> None:
         """No circuit step can fail."""
 
@@ -350,6 +366,15 @@ class WithCircuit(WithStore):
     def start(self, state: Floats) -> tuple[Any, ...]:
         """A state as the start of a run of ngspice, with the circuit's own."""
         return (*map(float, state[:MASS_ROWS]), state[MASS_ROWS:])
+
+    @property
+    def has_counts(self) -> bool:
+        """As the circuit has."""
+        return self.kernels.has_counts
+
+    def stored(self, state: Floats) -> Floats:
+        """The energy in the circuit's capacitors."""
+        return self.kernels.stored(state)
 
     def check(self, own_sums: Floats, state: Floats) -> None:
         """Raise CircuitError if too many circuit steps failed."""

@@ -41,6 +41,13 @@ class OwnCircuit(Protocol):
     ) -> None:
         """Advance a batch, whose states are all in ``state``, by a schedule of steps of h."""
 
+    @property
+    def has_counts(self) -> bool:
+        """Whether its functions count, as those of clocks."""
+
+    def stored(self, state: Floats) -> Floats:
+        """Energy in storage in states, shape (blocks, rows, BATCH), in the unit of mu U^2 t: shape (blocks BATCH,)."""
+
     def check_sums(self, sums: Floats, state: Floats) -> None:
         """Raise an error if too many circuit steps failed; ``sums`` are those that are of it alone."""
 

@@ -5,7 +5,7 @@ times the step as well.
 """
 
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from harvester.equations.impact_order import STRONG, step_order
 from harvester.errors import UnboundedResponseError
 from harvester.machine.progress import listener, stage
 from harvester.mechanics.ensemble.affordable_steps import FIRST_WINDOW
-from harvester.mechanics.ensemble.burn_in import burn_in
+from harvester.mechanics.ensemble.burn_in import burn_in, surely_gained
 from harvester.mechanics.ensemble.trajectories import Trajectories
 from harvester.mechanics.kernels.moments import Moments
 from harvester.uncertainty.richardson import extrapolated, step_bias
@@ -28,6 +28,18 @@ LEFT = 0.25
 SPARED = 0.25  # share of the room for errors: a smaller bias is stated and not removed
 SHORT = 0.4  # beyond it what is left of the bias grows as the step does
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
+
+
+class Look(NamedTuple):
+    """The ``time`` of trajectories, and the ``state`` of the first."""
+
+    time: float
+    state: Floats
+
+    @classmethod
+    def at(cls, trajectories: Trajectories) -> "Look":
+        """Now."""
+        return cls(trajectories.time, trajectories.state[0, :, 0].copy())
 
 
 class RichardsonPair:
@@ -75,6 +87,8 @@ class RichardsonPair:
         self.seconds_a_unit = 0.0
         self._seconds_alone = 0.0  # the same at the step h
         self._moments: Moments | None = None
+        self.looks: list[Look] = []  # in the last averages, if a circuit counts
+        self._gained: Floats | float = 0.0  # energies in storage, since averages began
         # at the step h and at the longer ones, over the time of all
         self._moments_of_all: list[Moments] = []
         self._known: dict[tuple[str, str], Any] = {}  # what was fitted to the present moments
@@ -132,9 +146,11 @@ class RichardsonPair:
     def _average(self, duration: float) -> tuple[Moments, float]:
         """Continue at the step h, with averages: the moments, and the duration of whole samples."""
         begin = self.trajectories.time
+        stored = self.trajectories.stored
         with stage(0.0, FINE if self._coarser else 1.0):
-            now = self.trajectories.run(duration, listener())
+            now = self._run(duration)
         duration = self.trajectories.time - begin
+        self._gained += self.trajectories.stored - stored
         self.duration += duration
         self._moments = (
             now
@@ -142,6 +158,21 @@ class RichardsonPair:
             else self._with(self._moments, now, duration / self.duration)
         )
         return now, duration
+
+    def _run(self, duration: float) -> Moments:
+        """Let the trajectories of the step h continue; a circuit's counts are kept at first, half-way and last."""
+        trajectories = self.trajectories
+        if not trajectories.loaded.has_counts:
+            return trajectories.run(duration, listener())
+        begin = trajectories.time
+        self.looks = [Look.at(trajectories)]
+        halves = []
+        for _ in range(2):
+            halves.append(trajectories.run(0.5 * duration, listener()))
+            self.looks.append(Look.at(trajectories))
+        first, last = halves
+        share = (trajectories.time - self.looks[1].time) / (trajectories.time - begin)
+        return first.mixed(last, share)
 
     def _extend(self, duration: float) -> None:
         clock = time.perf_counter()
@@ -213,6 +244,14 @@ class RichardsonPair:
         """Moments at the step h over the whole duration, one entry a trajectory."""
         assert self._moments is not None, "extended at the beginning"
         return self._moments
+
+    @property
+    def charging(self) -> float:
+        """The size of the mean power into storage in the averages, as `Moments.load`, beyond two standard errors.
+
+        A stationary response has none: the load's mean power may be off by so much.
+        """
+        return surely_gained(np.asarray(self._gained)) / self.duration
 
     @property
     def extrapolates(self) -> bool:

@@ -269,6 +269,11 @@ class Trajectories:
         known = pair.controls(np.hstack(list(noise)), pair.boundary(self._states()) - begin)
         return replace(moments, controls=known.T / elapsed)
 
+    @property
+    def stored(self) -> Floats:
+        """The energy in storage of each trajectory now, as of `Loaded.stored`: shape (count,)."""
+        return self.loaded.stored(self.state)
+
     def snapshot(self) -> Floats:
         """Displacement, velocity and voltage of all trajectories now, in mid-drift: shape (3, count)."""
         out = np.empty((3, self.count))

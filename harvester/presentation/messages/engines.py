@@ -17,6 +17,13 @@ def _s(physical: bool) -> str:
     return " s" if physical else ""
 
 
+def _storage_not_settled(share: float | None) -> str:
+    power = (
+        "while the load is off" if share is None else f"by {in_percent(share)} of the load's power"
+    )
+    return f"the response is not stationary, as capacitors charge or discharge {power}: set a longer budget"
+
+
 def _target_missed(
     within: float, budget: float, error: float | None, more: float, enough: float
 ) -> str:
@@ -273,6 +280,7 @@ MESSAGES: dict[str, str | Callable[..., str]] = {
     "switch_chatters": "switch {elements} of the netlist opens and closes too often for the shortest step: give its model a hysteresis (vh, "
     "or ih of a current-controlled switch) larger than the jump of its control at a change",
     "compiled_circuit": "the difference from ngspice is not measured: compare with 'spice'",
+    "storage_not_settled": _storage_not_settled,
     "difference_measured": "model error: largest difference (95 %) from runs of ngspice on the same motion",
     "steady_difference": "model error: distance from ngspice's own response at the same step",
     "ideal_difference": "model error: largest difference (95 %) between ideal and compiled circuit on the same noise, "
