@@ -47,7 +47,9 @@ class InputError(HarvesterError, ValueError):
 
 
 class UnknownArgumentError(InputError, TypeError):
-    """A function was called with a keyword that it does not accept; it is a TypeError, as Python's own answer would be.
+    """A function was called with a keyword that it does not accept.
+
+    It is a TypeError, as Python's own answer would be.
 
     Examples
     --------
@@ -230,7 +232,10 @@ def refused(argument: str, error: ValueError, was: object) -> InputError:
 
 
 def reading(argument: str, reader: Callable[[Of], Answer], value: Of) -> Answer:
-    """The value as a reader returns it; its ValueError ("must ...") becomes an `InputError` that names the argument."""
+    """The value as a reader returns it.
+
+    Its ValueError ("must ...") becomes an `InputError` that names the argument.
+    """
     try:
         return reader(value)
     except ValueError as error:

@@ -158,7 +158,10 @@ class Estimate(Result):
 
     @property
     def energy_per_event(self) -> Value | None:
-        """The mean energy that the load receives from one shock or step, E[P] over their rate; None without events."""
+        """The mean energy that the load receives from one shock or step, E[P] over their rate.
+
+        None without events.
+        """
         if self.events is None:
             return None
         energy = self.mean_power.scaled(1.0 / self.events.rate, self.unit_names.energy)
@@ -173,7 +176,10 @@ class Estimate(Result):
 
     @property
     def share_of_possible(self) -> float | None:
-        """The mean power over the upper bound for any device of this mass; None if no bound is known."""
+        """The mean power over the upper bound for any device of this mass.
+
+        None if no bound is known.
+        """
         return None if self.bound is None else self.mean_power.value / self.bound.value
 
     @property

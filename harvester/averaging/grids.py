@@ -25,7 +25,10 @@ def or_zero(coefficient: float | None) -> Floats:
 
 
 def or_zero_by_point(coefficient: float | None) -> Floats:
-    """A coefficient with one more axis at its end, for arrays over the points of each orbit; 0 if absent."""
+    """A coefficient with one more axis at its end, for arrays over the points of each orbit.
+
+    0 if absent.
+    """
     return or_zero(coefficient)[..., None]
 
 
@@ -58,7 +61,9 @@ def noisy_stacks(
     solve: Callable[[list[Equations]], list[T | SimulationError]],
     without_noise: str,
 ) -> list[T | SimulationError]:
-    """Apply ``solve`` to groups of scenes of the same effects; the answers are in the order of the scenes.
+    """Apply ``solve`` to groups of scenes of the same effects.
+
+    The answers are in the order of the scenes.
 
     A scene without external noise has no stationary law: the error ``without_noise``.
     """

@@ -31,7 +31,9 @@ NODES = 20_000  # of the integrals: A(d) has a layer of the width sqrt(d)
 
 
 def hopping_rates(eqs: Equations) -> tuple[float, float] | None:
-    """The rates, in w0, at which the mass leaves the left of two wells, and the right one; None if not known.
+    """The rates, in w0, at which the mass leaves the left of two wells, and the right one.
+
+    None if not known.
 
     The damping is that of small motions in a well, the load's included.  That its voltage raises the barrier is left
     out, so that rates come out up to three times too high at a coupling of `WEAK`, beyond which they are not given.

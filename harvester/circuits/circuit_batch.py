@@ -40,7 +40,9 @@ MORE_SUMS = (*SUMS, "load", "substeps", "failed")
 
 
 class NetlistLoads(NamedTuple):
-    """The compiled circuits of a batch, at ``states`` of shape (m, BATCH); each in turn is the ``load``.
+    """The compiled circuits of a batch, at ``states`` of shape (m, BATCH).
+
+    Each in turn is the ``load``.
 
     A sample's integral of the load's squared voltage counts in ``units``.
     """

@@ -175,7 +175,9 @@ def periodic_response(
     enough: float,
     near: CircuitStart | None = None,
 ) -> CircuitPeriod | None:
-    """The response from rest, or near another one, at steps of h; None if none comes back, or steps do not converge.
+    """The response from rest, or near another one, at steps of h.
+
+    None if none comes back, or steps do not converge.
 
     The remainder of the way there is below ``enough`` of the state's size.
     """

@@ -48,7 +48,9 @@ LEAST = 1e-2  # of theta l/Cp: the least size of a charge
 
 
 class CompiledCircuit:
-    """A load circuit on a device, compiled for its topology; ``rows`` and ``sums`` as of `OwnCircuit`.
+    """A load circuit on a device, compiled for its topology.
+
+    ``rows`` and ``sums`` as of `OwnCircuit`.
 
     ``resistance`` (ohm) is that of Rload, ``mu`` the same as 1/(R Cp w0).
 
@@ -177,7 +179,9 @@ class CompiledCircuit:
         kicked: bool = False,
         keep: bool = False,
     ) -> CircuitPath:
-        """One trajectory on a noise path, from rest or a ``state`` of the circuit; see `trace_circuit`.
+        """One trajectory on a noise path, from rest or a ``state`` of the circuit.
+
+        See `trace_circuit`.
 
         Without a ``start`` it is at x = 0. Raises CircuitError if too many steps do not converge.
         """
@@ -370,7 +374,10 @@ class CompiledCircuit:
         )
 
     def for_kernels(self, h: float) -> KernelCircuit:
-        """The circuit at steps of h; threads that ask at once get one record, as it has but addresses of its arrays."""
+        """The circuit at steps of h.
+
+        Threads that ask at once get one record, as it has but addresses of its arrays.
+        """
         return self._with_follow(h, follow.address)
 
     def _with_follow(self, h: float, address: int) -> KernelCircuit:
@@ -426,7 +433,10 @@ class CompiledCircuit:
 def compiled_circuit(
     load: LoadCircuit, scales: Scales, tolerance: float = TOLERANCE
 ) -> CompiledCircuit:
-    """The compiled circuit of a load, which is made once for each load and device; raises as `CompiledCircuit`."""
+    """The compiled circuit of a load, which is made once for each load and device.
+
+    Raises as `CompiledCircuit`.
+    """
     key = repr((load, scales, tolerance))
     if (circuit := _MADE.get(key)) is None:
         if len(_MADE) >= MOST_KEPT:

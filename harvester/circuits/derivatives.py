@@ -117,7 +117,10 @@ class Writer:
 
 
 def _rule(operation: str, a: str, b: str) -> tuple[str, list[str | None]]:
-    """The text of an operation on a and b, and its derivatives by them; None if that is zero ($z: the value)."""
+    """The text of an operation on a and b, and its derivatives by them.
+
+    None if that is zero ($z: the value).
+    """
     if operation in ("<", ">", "<=", ">=", "==", "!="):
         return f"1.0 if {a} {operation} {b} else 0.0", [None, None]
     binary: dict[str, tuple[str, list[str | None]]] = {

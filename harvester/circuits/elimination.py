@@ -113,7 +113,9 @@ def tape_of(
 def lines_of(
     order: list[tuple[int, int]], pattern: Bools, limits: Sequence[Sequence[str]]
 ) -> list[str]:
-    """The lines that solve a z = b from variables a{row}_{column} and b{row} for z{column}; ``safe``: whether they did.
+    """The lines that solve a z = b from variables a{row}_{column} and b{row} for z{column}.
+
+    ``safe``: whether they did.
 
     Each variable but ``safe`` is assigned once, which is far less work for the compiler.  ``limits`` are the arguments'
     texts of the largest factors, by the equations that are subtracted from and that are subtracted, shape (n, n).

@@ -54,7 +54,10 @@ def power_slope(a, b):
 
 @inlined
 def table_segment(x, p, first, points):
-    """Which segment of a table x0, y0, x1, y1, ... that begins at p[first] x is in; the first and last continue."""
+    """Which segment of a table x0, y0, x1, y1, ... that begins at p[first] x is in.
+
+    The first and last continue.
+    """
     low = 0
     high = points - 2
     while low < high:
@@ -187,7 +190,10 @@ def substituted(p, at, work, d, z, n):
 
 @inlined
 def copied(values, out, count):
-    """Write the first values into out; an assignment of slices would need functions of Python to fail with."""
+    """Write the first values into out.
+
+    An assignment of slices would need functions of Python to fail with.
+    """
     for k in range(count):
         out[k] = values[k]
 

@@ -86,7 +86,9 @@ def mean_powers(circuit: CompiledCircuit, path: CircuitPath) -> dict[str, float]
 
 
 def powers_of_elements(circuit: CompiledCircuit, states: Floats) -> dict[str, Floats]:
-    """The powers (W) of elements in states of the circuit, shape (n,) each; those of charges alone are left out.
+    """The powers (W) of elements in states of the circuit, shape (n,) each.
+
+    Those of charges alone are left out.
 
     ``states`` have the shape (n, length of a state).
     """

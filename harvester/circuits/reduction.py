@@ -232,7 +232,10 @@ class Reduction:
         return matrix, known, solved[:, : len(S)], solved[:, len(S) :]
 
     def unknowns(self, charges: Floats, kept: Floats, tau: float) -> Floats:
-        """All unknowns of states, one a row: those of their charges, and those kept; in ``tau`` nothing changes."""
+        """All unknowns of states, one a row: those of their charges, and those kept.
+
+        In ``tau`` nothing changes.
+        """
         _, _, by_S, by_known = self._eliminated(tau)
         unknowns = np.zeros((len(charges), self.system.size))
         unknowns[:, self.columns] = kept

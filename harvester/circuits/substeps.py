@@ -84,7 +84,10 @@ def position_at(t, x, x1, wall, first, h):
 
 @inlined
 def stage(c, level, s, u, y, switches, after, voltages, r, work):
-    """Make one stage: from the charges s to those ``after`` it, with the voltages y changed; iterations, or -1."""
+    """Make one stage: from the charges s to those ``after`` it, with the voltages y changed.
+
+    Iterations, or -1.
+    """
     n = c.n
     many = c.ns
     rows = c.nz + N_VOLTAGES + c.switches
@@ -222,7 +225,10 @@ def logged(c, seconds, state, count):
 
 @inlined
 def counted(changes, changed, at):
-    """The changes of switches up to ``at`` since the last multiple of `GIVEN_UP`; the last step changed one, or -1."""
+    """The changes of switches up to ``at`` since the last multiple of `GIVEN_UP`.
+
+    The last step changed one, or -1.
+    """
     if at % GIVEN_UP == 0:
         return 0
     return changes + (1 if changed >= 0 else 0)

@@ -82,7 +82,10 @@ class Switch:
 
 @dataclass
 class System:
-    """The equations as they grow, element by element; the unknowns are numbered in the order of their first mention."""
+    """The equations as they grow, element by element.
+
+    The unknowns are numbered in the order of their first mention.
+    """
 
     capacitance: float  # of the piezo, F
     unknowns: dict[str, int] = field(default_factory=dict)

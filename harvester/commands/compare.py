@@ -29,7 +29,10 @@ from harvester.commands.study import Output, output_options, study_command
 @partial(sampling, whole="all engines together")
 @output_options("Folder for compare.csv, compare.png and provenance.json.")
 def compare(output: Output, lifetime: str | None, engines: tuple[str, ...], **options: Any) -> None:
-    """Every engine that supports SCENE, side by side, with z-scores; one trajectory of V from three sources."""
+    """Every engine that supports SCENE, side by side, with z-scores.
+
+    One trajectory of V from three sources.
+    """
     from harvester.machine.bars import EFFORT, Bar
     from harvester.studies import compare as study
     from harvester.studies.extremes.extremes import check_extremes, extremes_both_ways

@@ -62,7 +62,10 @@ def examples(name: str | None, out: str | None, as_json: bool) -> None:
 
 
 def copy(scene: Path, to: Path) -> list[Path]:
-    """Copy a scene and its files, all or nothing, and return the copies; InputError if a file is in the way."""
+    """Copy a scene and its files, all or nothing, and return the copies.
+
+    InputError if a file is in the way.
+    """
     from harvester.devices.scene_file import check
     from harvester.machine import files
     from harvester.scene.schema import DIRECTIVE, NAME, write_beside

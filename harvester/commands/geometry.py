@@ -51,7 +51,9 @@ def geometry_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def take(values: dict[str, Any]) -> Any:
-    """Extract the beam, and how many modes, out of the values of a command; None if none of its options is given.
+    """Extract the beam, and how many modes, out of the values of a command.
+
+    None if none of its options is given.
 
     Raises InputError for options that contradict each other, are missing, or are not lengths and
     masses.

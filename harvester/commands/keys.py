@@ -40,7 +40,10 @@ from harvester.errors import InputError
     ),
 )
 def keys(what: str | None, as_json: bool, schema: bool, out: str | None) -> None:
-    """List the keys of a scene file: unit, example, meaning; with 'profile' the vibration profiles and sources."""
+    """List the keys of a scene file: unit, example, meaning.
+
+    With 'profile' the vibration profiles and sources.
+    """
     from harvester.scene import keys as scene_keys
 
     if schema:

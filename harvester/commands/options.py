@@ -29,7 +29,10 @@ def time_of(name: str) -> Callable[[str], float]:
 
 
 def pairs_of(option: str, texts: Sequence[str], must: str) -> dict[str, str]:
-    """The values by name of texts NAME=VALUE, the form that each ``must`` have; InputError for a name given twice."""
+    """The values by name of texts NAME=VALUE, the form that each ``must`` have.
+
+    InputError for a name given twice.
+    """
     pairs = [tuple(part.strip() for part in text.partition("=")) for text in texts]
     for text, (name, equals, value) in zip(texts, pairs, strict=True):
         if not (name and equals and value):

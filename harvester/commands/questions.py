@@ -16,7 +16,10 @@ EMPTY = "empty: unknown"
 
 
 def ask(texts: dict[str, str], netlist: bool) -> None:
-    """Ask for the fields that ``texts`` still lacks, and add it; ``netlist`` states that the load is one."""
+    """Ask for the fields that ``texts`` still lacks, and add it.
+
+    ``netlist`` states that the load is one.
+    """
     click.echo(
         "A scene of your device.  Values carry their unit; ^C leaves without a file.", err=True
     )
@@ -46,7 +49,10 @@ def _any_known(texts: dict[str, str], group: str) -> bool:
 
 
 def _ask_field(texts: dict[str, str], name: str, empty: str | None) -> bool:
-    """Ask for one field until the answer is a value or, if ``empty`` allows it, empty; whether it is a value."""
+    """Ask for one field until the answer is a value or, if ``empty`` allows it, empty.
+
+    Whether it is a value.
+    """
 
     def checked(text: str) -> str:
         try:

@@ -42,7 +42,10 @@ class Output:
     as_json: bool
 
     def execution(self, progress: "Progress | None" = None, **options: Any) -> "Execution":
-        """How a study is carried out that writes into the folder; ``options`` are the other fields of `Execution`."""
+        """How a study is carried out that writes into the folder.
+
+        ``options`` are the other fields of `Execution`.
+        """
         from harvester.machine.execution import Execution
         from harvester.machine.progress import NO_PROGRESS
 

@@ -35,7 +35,9 @@ class ChargeRun:
 
 
 def first_passages(t: Floats, u: Floats, levels: Floats) -> Floats:
-    """When a trajectory u(t), shape (n,), first reaches each of ``levels`` from below; infinite if it never does.
+    """When a trajectory u(t), shape (n,), first reaches each of ``levels`` from below.
+
+    Infinite if it never does.
 
     Between its points the trajectory is a straight line.
     """

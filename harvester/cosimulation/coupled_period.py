@@ -211,7 +211,9 @@ class NgspiceMap(PeriodMap):
     def measured(
         self, settled: Settling, turns: int, most: float = COMES_BACK
     ) -> PeriodicResponse | None:
-        """The means of an unbroken run from where the map has settled; None if that does not come back.
+        """The means of an unbroken run from where the map has settled.
+
+        None if that does not come back.
 
         With ``most``, of the state's size, it must come that near, with all that is left of the
         way.

@@ -110,7 +110,10 @@ class TrajectoryMeans:
 def path_in_this_process(
     device: CoupledDevice, noise: Floats, shaking: Floats | None = None
 ) -> Path:
-    """The trajectory of one run on a noise grid, computed in this process; see `run_in_this_process`."""
+    """The trajectory of one run on a noise grid, computed in this process.
+
+    See `run_in_this_process`.
+    """
     return run_in_this_process(device, new_drive(device, noise, shaking=shaking)).path()
 
 
@@ -121,7 +124,9 @@ def new_drive(
     shaking: Floats | None = None,
     start: Start | None = None,
 ) -> "Drive":
-    """The mass of one run on a noise grid, from ``start``; None: at rest in the scene's first resting place.
+    """The mass of one run on a noise grid, from ``start``.
+
+    None: at rest in the scene's first resting place.
 
     The energy balance begins at the nondimensional time ``burn_in``; ``shaking`` as of `Drive`.
     """
@@ -255,14 +260,20 @@ def _nodes_at(device: CoupledDevice, start: Start) -> dict[str, float] | None:
 
 
 def in_ngspice(voltages: dict[str, float]) -> dict[str, float]:
-    """Voltages of a compiled circuit's nodes by the names that ngspice has for them; it finds those of junctions."""
+    """Voltages of a compiled circuit's nodes by the names that ngspice has for them.
+
+    It finds those of junctions.
+    """
     return {name: value for name, value in voltages.items() if "#" not in name}
 
 
 def _blocks(
     drive: "Drive", burn_in: float, blocks: int, new: Floats | None
 ) -> tuple[Floats, Floats]:
-    """The load's power (W), shape (blocks,), and the controls of the blocks of `from_path`; ``new``: for `filtered`."""
+    """The load's power (W), shape (blocks,), and the controls of the blocks of `from_path`.
+
+    ``new``: for `filtered`.
+    """
     state = drive.state[0]
     h, stride = float(state.h), int(state.stride)
     first = math.ceil(burn_in / (h * stride) - 1e-6)
@@ -373,7 +384,9 @@ def measure_in_workers(
     blocks: int = 1,
     starts: Sequence[Start] | None = None,
 ) -> Iterator[TrajectoryMeans]:
-    """Run one trajectory of ``n_steps`` steps (an even number) for each seed in the workers; yields means in order.
+    """Run one trajectory of ``n_steps`` steps (an even number) for each seed in the workers.
+
+    Yields means in order.
 
     Time averages begin at the nondimensional time ``burn_in``, over equal ``blocks``, with controls
     if these are more than one; ``with_control`` adds the control variate.  Trajectories begin in

@@ -117,7 +117,10 @@ def same_motion_means(
 
 
 def sizes_of_probes(means: Floats) -> Floats:
-    """The scale of the error of each of the means of probes, of the same shape (probes, 4); never 0."""
+    """The scale of the error of each of the means of probes, of the same shape (probes, 4).
+
+    Never 0.
+    """
     square = means[:, 1:2]
     size = np.hstack([np.sqrt(square), square, np.sqrt(square), np.sqrt(square)])
     return np.where(size > 0.0, size, 1.0)

@@ -174,7 +174,10 @@ def _home() -> str:
 
 
 def _free_or_kill(process: loky.ProcessPoolExecutor, error: BaseException | None) -> None:
-    """Keep the process of a job that ended for the next job; kill it after a failure of its ngspice, or without one."""
+    """Keep the process of a job that ended for the next job.
+
+    Kill it after a failure of its ngspice, or without one.
+    """
     failed = isinstance(error, BrokenProcessPool | CircuitError | MissingProgramError)
     if failed or len(idle_workers) >= worker_count():
         processes.kill(process)
@@ -183,7 +186,10 @@ def _free_or_kill(process: loky.ProcessPoolExecutor, error: BaseException | None
 
 
 def _result(job: Future[T]) -> T:
-    """The result of a job that ended; raises its error, that of a dead process as a `CircuitError`."""
+    """The result of a job that ended.
+
+    Raises its error, that of a dead process as a `CircuitError`.
+    """
     try:
         return job.result()
     except BrokenProcessPool:

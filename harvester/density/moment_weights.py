@@ -63,7 +63,10 @@ class MomentWeights:
         )
 
     def voltage_squared(self) -> Floats:
-        """The weights of E[V^2], V = x - y; those of E[x^2] if no load lets the voltage leave the displacement."""
+        """The weights of E[V^2], V = x - y.
+
+        Those of E[x^2] if no load lets the voltage leave the displacement.
+        """
         if self.form.modes == 1:
             return self.of(2, 0)
         return self.of(2, 0) - 2.0 * self.mean(1, 0, 1) + self.mean(0, 0, 2)

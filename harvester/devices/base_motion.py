@@ -19,7 +19,9 @@ A_LINE = 4  # points
 
 
 def base_source(problem: Problem, name: str, duration: float, seed: int) -> Iterator[str]:
-    """The lines of the subcircuit ``name``_base, a source of the scene's excitation; none if nothing shakes the base.
+    """The lines of the subcircuit ``name``_base, a source of the scene's excitation.
+
+    None if nothing shakes the base.
 
     A harmonic excitation is SIN, a record PWL (once, from its beginning), white noise TRNOISE,
     which ngspice and KiCad know: a new value every T/`POINTS` of root mean square sqrt(G/(2 dt)),
@@ -101,7 +103,10 @@ def _drawn(problem: Problem, duration: float, step: float, seed: int) -> tuple[F
 
 
 def _points(name: str, t: Floats, a: Floats) -> Iterator[str]:
-    """A source through points, as lines of a netlist that continue each other; after the last one it is 0."""
+    """A source through points, as lines of a netlist that continue each other.
+
+    After the last one it is 0.
+    """
     t = np.append(t, 2.0 * t[-1] - t[-2])
     a = np.append(a, 0.0)
     yield f"{name} {{}} PWL("

@@ -37,7 +37,9 @@ APPROXIMATIONS = (
 
 @dataclass(frozen=True)
 class Beam:
-    """A cantilever: lengths in m, tip mass in kg; ``layers`` of piezo is 1 or 2, ``parallel`` is how two are wired.
+    """A cantilever: lengths in m, tip mass in kg.
+
+    ``layers`` of piezo is 1 or 2, ``parallel`` is how two are wired.
 
     ``tip_length`` along the beam and ``tip_height`` are of the tip mass, whose centre is assumed at
     the beam's end.
@@ -94,7 +96,10 @@ class Bending(NamedTuple):
 
 
 def lumped(beam: Beam, modes: int = 1) -> Lumped:
-    """The values of a beam with so many modes; raises InputError for materials that are not known."""
+    """The values of a beam with so many modes.
+
+    Raises InputError for materials that are not known.
+    """
     ceramic, plate = materials.piezo(beam.piezo), materials.substrate(beam.substrate)
     b = beam.width
     hs = beam.substrate_thickness

@@ -26,7 +26,10 @@ NEARLY = 0.9  # of it: close enough to call a load near the best
 
 @dataclass(frozen=True)
 class BestLoad:
-    """The best resistance (ohm) and its mean power (W); from ``low`` to ``high`` the power is at least `NEAR` of it."""
+    """The best resistance (ohm) and its mean power (W).
+
+    From ``low`` to ``high`` the power is at least `NEAR` of it.
+    """
 
     resistance: float
     power: Value

@@ -142,7 +142,9 @@ def scene_tables(
     higher_modes: Sequence[BeamMode] = (),
     board: Mapping[str, str | list[str]] = MappingProxyType({}),
 ) -> Tables:
-    """The tables of the scene of a device, from the texts of its datasheet; ``netlist`` as the scene file names it.
+    """The tables of the scene of a device, from the texts of its datasheet.
+
+    ``netlist`` as the scene file names it.
 
     ``higher_modes`` are those above the first, which get its mass and damping; ``board`` names the
     parts of a flat netlist, by the keys of [load].
@@ -263,7 +265,10 @@ def _piezo(values: dict[str, float], written: dict[str, float | str]) -> list[En
 
 
 def _beta(short: float, open_circuit: float) -> float:
-    """The coupling theta^2/(K Cp) of the resonances (Hz) in short and open circuit; InputError unless above 0."""
+    """The coupling theta^2/(K Cp) of the resonances (Hz) in short and open circuit.
+
+    InputError unless above 0.
+    """
     if not open_circuit > short:
         must = f"be above the resonance in short circuit, {_hertz(short)}"
         raise invalid("`open_circuit_frequency`", must, _hertz(open_circuit))

@@ -50,7 +50,9 @@ def export(
     duration: str | float | None = None,
     seed: int = 0,
 ) -> str:
-    """Write a scene's device as a subcircuit for ngspice, LTspice and KiCad to the file ``out``; returns its name.
+    """Write a scene's device as a subcircuit for ngspice, LTspice and KiCad to the file ``out``.
+
+    Returns its name.
 
     ``name`` is that of the subcircuit; None: that of the file.  ``duration`` (s) and ``seed`` are
     those of noise that is written point by point (coloured, of a band, tabulated); None: 1000
@@ -74,7 +76,10 @@ def export(
 
 @dataclass(frozen=True)
 class _Contact:
-    """A stop as a spring and a damper (SI units) behind a ``place`` (m); ``side`` is 1 below the mass, -1 above."""
+    """A stop as a spring and a damper (SI units) behind a ``place`` (m).
+
+    ``side`` is 1 below the mass, -1 above.
+    """
 
     name: str
     words: str

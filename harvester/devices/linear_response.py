@@ -28,7 +28,9 @@ OFTEN, SELDOM = 0.1, 1e-3  # times per period
 
 
 def variances(eqs: Equations) -> tuple[float, float] | None:
-    """The variances E[w^2] and E[w'^2] of the linear equations under white noise, without a stop; None without.
+    """The variances E[w^2] and E[w'^2] of the linear equations under white noise, without a stop.
+
+    None without.
 
     The quantity at the stop is w: the displacement x, of several modes phi.y
     (`harvester.equations.modes`).
@@ -47,7 +49,10 @@ def variances(eqs: Equations) -> tuple[float, float] | None:
 
 
 def amplitude(eqs: Equations) -> float | None:
-    """The amplitude at the stop in the linear response without the stop; None without a harmonic excitation."""
+    """The amplitude at the stop in the linear response without the stop.
+
+    None without a harmonic excitation.
+    """
     if eqs.drive is None or eqs.drive_frequency is None:
         return None
     at_stop = amplitudes(eqs, eqs.drive_frequency, eqs.modal.contact)
@@ -55,7 +60,10 @@ def amplitude(eqs: Equations) -> float | None:
 
 
 def stop_hits(problem: Problem) -> tuple[list[Diagnostic], dict[str, Any]]:
-    """How often the stop is hit, and the facts behind it; empty without a stop, and for a ball's box."""
+    """How often the stop is hit, and the facts behind it.
+
+    Empty without a stop, and for a ball's box.
+    """
     eqs, s = problem.equations, problem.scales
     if eqs.restitution is None or eqs.has_ball:
         return [], {}

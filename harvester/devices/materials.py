@@ -57,12 +57,18 @@ SUBSTRATES = {
 
 
 def piezo(name: str) -> Piezoceramic:
-    """The piezoelectric material of a name, in any case; InputError with the nearest match for another."""
+    """The piezoelectric material of a name, in any case.
+
+    InputError with the nearest match for another.
+    """
     return _named("material of `piezo`", name, PIEZOS)
 
 
 def substrate(name: str) -> Substrate:
-    """The material of the substrate of a name, in any case; InputError with the nearest match for another."""
+    """The material of the substrate of a name, in any case.
+
+    InputError with the nearest match for another.
+    """
     return _named("material of `substrate`", name, SUBSTRATES)
 
 

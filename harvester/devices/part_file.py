@@ -81,7 +81,7 @@ def export(
     >>> import harvester as hv
     >>> mass = hv.Oscillator(mass="40 g", stiffness="16 N/m")
     >>> piezo = hv.Piezo(coupling="1 mN/V", capacitance="50 nF")
-    >>> hv.export(hv.Scene(oscillator=mass, piezo=piezo), "/nowhere/plate.lib")
+    >>> hv.export(hv.Scene(oscillator=mass, piezo=piezo), "/proc/plate.lib")
     Traceback (most recent call last):
     harvester.errors.InputError: `out` must accept plate.lib, but writing failed: ...
     """

@@ -44,7 +44,9 @@ class SearchedResponse:
 def steady_responses(
     problem: Problem, model: "Model", seed: int, engine: str, unknown: str = ""
 ) -> tuple[SearchedResponse, ...]:
-    """The responses of the ``engine``'s model, the most frequent first; none if the search does not settle.
+    """The responses of the ``engine``'s model, the most frequent first.
+
+    None if the search does not settle.
 
     They are those that stay at half the step of the search.  A mean has the time-step error, from
     the same response before, and of sampling: that of the excitation's phase on the grid of steps

@@ -242,7 +242,10 @@ class Compiled(Ensemble):
 
 
 def _clock(problem: Problem, pair: "RichardsonPair") -> float:
-    """The longest period (s) of a clock of the compiled circuit, by the last averages; 0 without one."""
+    """The longest period (s) of a clock of the compiled circuit, by the last averages.
+
+    0 without one.
+    """
     from harvester.circuits.clocks import Clocks
     from harvester.circuits.compiled_circuit import CompiledCircuit
     from harvester.mechanics.kernels.trajectory_batch import MASS_ROWS

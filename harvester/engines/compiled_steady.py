@@ -48,7 +48,10 @@ class CompiledPeriods(Refinement["CircuitPeriod"]):
     differences: dict[str, float] = field(default_factory=dict)
 
     def begin(self, near: "CircuitStart | None") -> bool:
-        """Find the response from rest, or near that of an excitation close by; whether one comes back."""
+        """Find the response from rest, or near that of an excitation close by.
+
+        Whether one comes back.
+        """
         response = self._at(0, near)
         if response is not None:
             self.responses[0, 0] = response
@@ -142,7 +145,10 @@ def _periods(
     within: float,
     progress: Progress | None,
 ) -> CompiledPeriods | None:
-    """The response at three steps at least, until their error is below the target; None if none comes back."""
+    """The response at three steps at least, until their error is below the target.
+
+    None if none comes back.
+    """
     from harvester.circuits.compiled_circuit import compiled_circuit
 
     eqs = problem.equations
@@ -164,7 +170,10 @@ def _periods(
 def _differences(
     options: MonteCarloOptions, problem: Problem, response: "CircuitPeriod", deadline: float
 ) -> dict[str, float]:
-    """How far ngspice's response at the same step is from ``response``; empty if it gives none in time."""
+    """How far ngspice's response at the same step is from ``response``.
+
+    Empty if it gives none in time.
+    """
     steady = to_be_found(options, problem, RELTOL_OF_JUDGE)
     steady.deadline = deadline
     try:

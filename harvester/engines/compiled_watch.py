@@ -95,7 +95,9 @@ def with_watched(
     probe: Sequence[str],
     ledger: bool,
 ) -> Estimate:
-    """An answer with the probes and the elements that are asked for; only the sampling part of their errors is known.
+    """An answer with the probes and the elements that are asked for.
+
+    Only the sampling part of their errors is known.
 
     The load's power on the trajectories, whose mean the answer knows, is their control variate.
 

@@ -80,7 +80,10 @@ class Density(Request, Engine):
 
     @classmethod
     def refusal(cls, problem: Problem) -> Diagnostic | None:
-        """Why there is no density to solve, and an engine that supports the problem; None if there is one."""
+        """Why there is no density to solve, and an engine that supports the problem.
+
+        None if there is one.
+        """
         eqs = problem.equations
         without = None
         if not (eqs.n1 or eqs.coloured):
@@ -127,7 +130,10 @@ class Density(Request, Engine):
     def run_with_slopes(
         self, scene: AnyScene, progress: Progress | None = None
     ) -> "tuple[Estimate, PowerSlopes]":
-        """`run`, and the gradient of the mean power in the keys; raises InputError if there is no power as well."""
+        """`run`, and the gradient of the mean power in the keys.
+
+        Raises InputError if there is no power as well.
+        """
         from harvester.engines.power_slopes import PowerSlopes
 
         problem = served(type(self), scene)

@@ -340,7 +340,10 @@ class Ensemble(MonteCarloOptions, Engine):
 
 @dataclass
 class EnsembleSampler:
-    """Averages over trajectories, which continue at the best step for a target; ``dt`` is a step that is fixed."""
+    """Averages over trajectories, which continue at the best step for a target.
+
+    ``dt`` is a step that is fixed.
+    """
 
     setup: EnsembleSetup
     pair: "RichardsonPair"

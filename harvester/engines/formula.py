@@ -30,7 +30,10 @@ class Formula(Request, Engine):
     def run_many(
         self, scenes: Sequence[AnyScene], seeds: Sequence[int] | None = None
     ) -> list[Estimate | HarvesterError]:
-        """`run` for many scenes, solved in one call, or the error that each raises; its part of the time each."""
+        """`run` for many scenes, solved in one call, or the error that each raises.
+
+        Its part of the time each.
+        """
 
         def checked(scene: AnyScene) -> Problem:
             problem = served(type(self), scene)

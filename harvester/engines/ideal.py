@@ -181,5 +181,8 @@ def _with_cause(error: SimulationError, problem: Problem) -> SimulationError:
 
 
 def without_ngspice(problem: Problem) -> type[Ensemble] | None:
-    """The engine that samples a problem without ngspice; None for a circuit without an ideal one."""
+    """The engine that samples a problem without ngspice.
+
+    None for a circuit without an ideal one.
+    """
     return next((kind for kind in (Ensemble, Ideal) if kind.refusal(problem) is None), None)

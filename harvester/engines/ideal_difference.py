@@ -110,7 +110,10 @@ def _largest(name: str, high: Moments, low: Moments, together: int) -> float:
 def _of_periods(
     circuit: "CompiledCircuit", problem: Problem, pair: "RichardsonPair"
 ) -> dict[str, float]:
-    """The same of a steady excitation, from the compiled circuit's periodic response; empty if it has none."""
+    """The same of a steady excitation, from the compiled circuit's periodic response.
+
+    Empty if it has none.
+    """
     from harvester.circuits.circuit_period import periodic_response
 
     eqs = problem.equations

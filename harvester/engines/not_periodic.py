@@ -15,7 +15,10 @@ SWITCHES, PASSIVE = "sw", "rcldkv"  # letters of elements; all others may amplif
 
 
 def slow_store(problem: Problem) -> float | None:
-    """How long storage settles (in the unit of the scene) that needs more than `PERIODS`; None without one."""
+    """How long storage settles (in the unit of the scene) that needs more than `PERIODS`.
+
+    None without one.
+    """
     storage = (problem.circuit and problem.circuit.storage) or 0.0  # s
     settling = storage * problem.scales.frequency
     if settling * (problem.equations.drive_frequency or 0.0) <= 2.0 * math.pi * PERIODS:
@@ -51,7 +54,10 @@ def not_periodic(problem: Problem) -> Diagnostic:
 
 
 def sampled_instead(problem: Problem, sampling: Callable[[], Estimate]) -> Estimate:
-    """The answer of a ``sampling`` in place of a response that does not repeat; it, or its error, names a cause."""
+    """The answer of a ``sampling`` in place of a response that does not repeat.
+
+    It, or its error, names a cause.
+    """
     cause = not_periodic(problem)
     try:
         answer = sampling()

@@ -95,7 +95,10 @@ class MonteCarloOptions(Request):
             raise invalid("`trajectories`", "be between 2 and 1000000", self.trajectories)
 
     def step(self, frequency: float) -> float | None:
-        """The step ``dt`` in 1/w0, of a scene whose unit of time is 1/``frequency``; None: chosen from the scene."""
+        """The step ``dt`` in 1/w0, of a scene whose unit of time is 1/``frequency``.
+
+        None: chosen from the scene.
+        """
         dt = number(self.dt)
         return None if dt is None else dt * frequency
 

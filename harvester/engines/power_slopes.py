@@ -27,7 +27,9 @@ STEP = 1e-4  # relative change of a key, by which the coefficients are seen to c
 
 
 class PowerSlopes:
-    """The sensitivities of the power of a problem whose density is solved; raises InputError if there is no power.
+    """The sensitivities of the power of a problem whose density is solved.
+
+    Raises InputError if there is no power.
 
     The adjoint equations are solved when they are first needed, those of the coarser mesh only for
     errors.

@@ -64,7 +64,10 @@ class Engine:
         return None
 
     def run(self, scene: AnyScene, progress: Progress | None = None) -> Estimate:
-        """The stationary mean square voltage and mean power of a scene; an engine has this or `run_many` of its own."""
+        """The stationary mean square voltage and mean power of a scene.
+
+        An engine has this or `run_many` of its own.
+        """
         answer = self.run_many([scene])[0]
         if isinstance(answer, HarvesterError):
             raise answer
@@ -101,7 +104,10 @@ class Engine:
 
 
 def served(engine: type[Engine], scene: AnyScene) -> Problem:
-    """The problem of a scene that an engine supports; CannotServeError with the reason if it does not."""
+    """The problem of a scene that an engine supports.
+
+    CannotServeError with the reason if it does not.
+    """
     problem = Problem.of(scene)
     if (reason := engine.refusal(problem)) is not None:
         raise CannotServeError(reason)
@@ -109,7 +115,10 @@ def served(engine: type[Engine], scene: AnyScene) -> Problem:
 
 
 def needs_resistance(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine for load resistances does not support a netlist; None if the load is not one."""
+    """Why an engine for load resistances does not support a netlist.
+
+    None if the load is not one.
+    """
     return problem.load.refused_by_formulas(engine)
 
 
@@ -131,7 +140,10 @@ def needs_known_effects(
 def unknown_effects(
     problem: Problem, unserved: frozenset[str], who: str, instead: str
 ) -> Diagnostic | None:
-    """Why ``who`` does not support a scene with effects that it does not know; None if it knows all."""
+    """Why ``who`` does not support a scene with effects that it does not know.
+
+    None if it knows all.
+    """
     unknown = [name for name in problem.effects if name in unserved]
     return (
         refusal("unknown_effects", who=who, effects=" and ".join(unknown), instead=instead)
@@ -141,7 +153,9 @@ def unknown_effects(
 
 
 def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine of circuits, which supports nothing else, does not support a problem; None if it may.
+    """Why an engine of circuits, which supports nothing else, does not support a problem.
+
+    None if it may.
 
     Raises InputError for a netlist without a solution.
     """
@@ -154,7 +168,10 @@ def needs_circuit(problem: Problem, engine: str) -> Diagnostic | None:
 
 
 def needs_compiled_circuit(problem: Problem, engine: str) -> Diagnostic | None:
-    """Why an engine does not support a netlist, of whose elements no compiled circuit is made; None if it can."""
+    """Why an engine does not support a netlist, of whose elements no compiled circuit is made.
+
+    None if it can.
+    """
     from harvester.circuits.compiled_circuit import compiled_circuit
 
     try:

@@ -186,7 +186,10 @@ class Refinement(ABC, Generic[Response]):
         return self.continue_to([(2, 2), (1, 1), (0, 1)])
 
     def improve(self) -> bool:
-        """Halve the step, or continue with the next tolerance, by the larger error; whether there is one."""
+        """Halve the step, or continue with the next tolerance, by the larger error.
+
+        Whether there is one.
+        """
         _, error = self.errors("power")
         finest, tenths = self.finest, self.tenths
         before = dict(self.responses)

@@ -206,7 +206,10 @@ def mean_with_errors(pair: "RichardsonPair", name: str, exact: bool = False) -> 
 
 
 def with_model(value: Value, error: float | None, unknown: str) -> Value:
-    """A mean with the relative ``error`` of its model; None: the part of the error that is ``unknown`` then."""
+    """A mean with the relative ``error`` of its model.
+
+    None: the part of the error that is ``unknown`` then.
+    """
     if error is None:
         return value.with_unknown(unknown)
     return dataclasses.replace(value, model=(value.model or 0.0) + error * abs(value.value))
@@ -252,7 +255,9 @@ def agreement(
 
 
 def power_balance(moments: "Moments", eqs: Equations) -> tuple[float, float]:
-    """Power in less power out over power in, and its standard error; zeros if nothing gives power (docs/model.md).
+    """Power in less power out over power in, and its standard error.
+
+    Zeros if nothing gives power (docs/model.md).
 
     N1 + N2 E[x^2] + 2 N12 E[x] + E[a x'] = E[f x'^2] + beta mu E[V^2] + the power lost in stops
     """

@@ -161,7 +161,10 @@ class Slow(Request, Engine):
         )
 
     def _missed(self, power: Value) -> Diagnostic | None:
-        """The warning that a power is not known ``within`` the target; None if it is, or there is none."""
+        """The warning that a power is not known ``within`` the target.
+
+        None if it is, or there is none.
+        """
         within = number(self.within)
         return None if within is None else missed(within, power)
 

@@ -62,7 +62,10 @@ def _check_spring(eqs: Equations) -> None:
 
 
 def linear_growth(eqs: Equations) -> float | None:
-    """The largest real part of the eigenvalues of linear equations (`growth_near`), in w0; None if any is not."""
+    """The largest real part of the eigenvalues of linear equations (`growth_near`), in w0.
+
+    None if any is not.
+    """
     is_linear = eqs.linear is None and unknown_to(LINEAR).isdisjoint(eqs.effects)
     return growth_near(eqs) if is_linear else None
 
@@ -73,7 +76,9 @@ def growth_near(eqs: Equations, x: float = 0.0) -> float:
 
 
 def flow(eqs: Equations, x: float = 0.0) -> Floats:
-    """The matrix of small motions (x, x', V) about a place off the stops; without a load of (x, x'): V is a spring.
+    """The matrix of small motions (x, x', V) about a place off the stops.
+
+    Without a load of (x, x'): V is a spring.
 
     With further modes x and x' are the coordinates and speeds of all.
     """
@@ -86,7 +91,10 @@ def flow(eqs: Equations, x: float = 0.0) -> Floats:
 
 
 def strongest_feed(eqs: Equations) -> float:
-    """The largest of -f(x) over all x, the rate at which friction feeds energy; 0 if it never does."""
+    """The largest of -f(x) over all x, the rate at which friction feeds energy.
+
+    0 if it never does.
+    """
     return max(0.0, -least_friction(eqs))
 
 

@@ -76,7 +76,10 @@ class Equations:
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """Names of the effects that are present, in the order of the equations; nothing else is computed."""
+        """Names of the effects that are present, in the order of the equations.
+
+        Nothing else is computed.
+        """
         return tuple(effect.name for effect in EFFECTS if effect.is_in(self))
 
     @property
@@ -116,7 +119,10 @@ class Equations:
 
     @property
     def shaking_period(self) -> float | None:
-        """Period of an excitation that repeats itself; None for one that does not, and without any."""
+        """Period of an excitation that repeats itself.
+
+        None for one that does not, and without any.
+        """
         if self.drive is not None:
             assert self.drive_frequency is not None, "Scene checks this"
             return 2.0 * math.pi / self.drive_frequency
@@ -212,7 +218,10 @@ class Equations:
 
     @property
     def pressure(self) -> float:
-        """The spring's acceleration that presses the mass on a stop, the larger one of two; 0 if on none."""
+        """The spring's acceleration that presses the mass on a stop, the larger one of two.
+
+        0 if on none.
+        """
         low, high = self.stops
         return max(0.0, -self.spring_force(low), self.spring_force(high))
 
@@ -247,7 +256,10 @@ class Equations:
 
 
 def check_one_mode(eqs: Equations) -> None:
-    """Refuse further modes and a magnifier, if equations of one mode are solved; raises CannotServeError."""
+    """Refuse further modes and a magnifier, if equations of one mode are solved.
+
+    Raises CannotServeError.
+    """
     if eqs.modes is not None:
         effects = " and ".join(name for name in eqs.effects if name in SEVERAL_MODES)
         instead = "engine 'ensemble', which gives the mean power"

@@ -31,7 +31,9 @@ TURN = 2.0 * math.pi  # rad
 
 
 def equations_at(scene: Scene, s: Scales) -> Equations:
-    """The nondimensional coefficients of a scene at given scales; zero coefficients are absent effects.
+    """The nondimensional coefficients of a scene at given scales.
+
+    Zero coefficients are absent effects.
 
     InputError if a coefficient is too large to compute with.  A nondimensional scene does not need
     the scales.

@@ -52,7 +52,10 @@ def impact_order(r: float) -> float:
 
 
 def accumulation(eqs: Equations) -> Diagnostic | None:
-    """The note that white noise makes impacts accumulate, so that none counts them; None if it does not."""
+    """The note that white noise makes impacts accumulate, so that none counts them.
+
+    None if it does not.
+    """
     stops = [r for r in (eqs.restitution, eqs.opposite_restitution) if r is not None]
     if eqs.n1 is None or min(stops, default=1.0) >= COLLAPSE:
         return None

@@ -66,7 +66,9 @@ class SingleMode:
 
 @dataclass(frozen=True)
 class Modes:
-    """The coefficients above, each of all coordinates, shape (n,); ``stiffness`` and ``damping`` in addition to F.
+    """The coefficients above, each of all coordinates, shape (n,).
+
+    ``stiffness`` and ``damping`` in addition to F.
 
     ``oscillator`` is e, None if it is (1, 0, ...).  With a ball, the last coordinate, ``pull`` is its weight,
     -y'', 0 if its path is level; None without one.

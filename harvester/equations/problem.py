@@ -107,7 +107,10 @@ class LoadResistance(LoadWithCircuit):
 
 
 class LoadOfMu(LoadResistance):
-    """The load resistance (ohm) of a nondimensional scene's mu; its size matters to a circuit alone."""
+    """The load resistance (ohm) of a nondimensional scene's mu.
+
+    Its size matters to a circuit alone.
+    """
 
     def __init__(self, resistance: float) -> None:
         self._resistance = resistance
@@ -226,7 +229,10 @@ class Problem:
 
     @property
     def netlist(self) -> str | None:
-        """Name or path of the load's netlist; None for a load resistance and for an open circuit."""
+        """Name or path of the load's netlist.
+
+        None for a load resistance and for an open circuit.
+        """
         return self.load.netlist
 
     @property
@@ -236,7 +242,10 @@ class Problem:
 
     @cached_property
     def events(self) -> Events | None:
-        """The shocks or steps that shake the base; None if the excitation is not a sequence of events."""
+        """The shocks or steps that shake the base.
+
+        None if the excitation is not a sequence of events.
+        """
         shaking = self.scene.excitation
         return None if shaking is None or shaking.profile is None else events(self.scene)
 
@@ -247,5 +256,8 @@ class Problem:
 
     @property
     def circuit(self) -> "LoadCircuit | None":
-        """The load as a circuit for ngspice, None for an open one; InputError for a netlist that cannot be used."""
+        """The load as a circuit for ngspice, None for an open one.
+
+        InputError for a netlist that cannot be used.
+        """
         return self.load.circuit

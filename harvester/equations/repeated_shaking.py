@@ -44,7 +44,9 @@ class Events:
 
 
 def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
-    """The base's acceleration in time, and its density, in SI units; None each if the scene has none.
+    """The base's acceleration in time, and its density, in SI units.
+
+    None each if the scene has none.
 
     Raises InputError for a file that cannot be read, and for a profile whose numbers do not fit
     together.
@@ -65,7 +67,10 @@ def recorded_shaking(scene: Scene) -> tuple[Record | None, TabulatedDensity | No
 
 
 def events(scene: Scene) -> Events | None:
-    """The shocks or steps of the scene's profile; None if the profile is not a sequence of events."""
+    """The shocks or steps of the scene's profile.
+
+    None if the profile is not a sequence of events.
+    """
     excitation = scene.excitation
     assert excitation is not None, "the caller checks"
     if excitation.profile not in SHOCKS:
@@ -105,7 +110,9 @@ def _by_name(scene: Scene) -> tuple[Record | None, TabulatedDensity | None]:
 
 
 def _period(scene: Scene) -> float:
-    """The time from shock to shock in s; for a single one, until the device without its load is at rest.
+    """The time from shock to shock in s.
+
+    For a single one, until the device without its load is at rest.
 
     It does not depend on the load, so that the best load is that of most energy.
 

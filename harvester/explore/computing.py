@@ -137,7 +137,10 @@ class Shown(Protocol):
 
 
 class Computing:
-    """The work of one page, for the newest state of its sliders; ``soon`` calls a function on the server's thread."""
+    """The work of one page, for the newest state of its sliders.
+
+    ``soon`` calls a function on the server's thread.
+    """
 
     def __init__(self, page: Shown, soon: Callable[[Callable[[], None]], None]) -> None:
         self._page, self._soon = page, soon
@@ -166,7 +169,9 @@ class Computing:
             work.close()
 
     def _compute(self, request: PageRequest, overtaken: Overtaken) -> None:
-        """In a thread: the curves, coarse, and when the sliders rest, fine; each if nothing newer waits.
+        """In a thread: the curves, coarse, and when the sliders rest, fine.
+
+        Each if nothing newer waits.
 
         A slider that is the axis itself moves the working point along a curve that is known.
         """
@@ -207,7 +212,10 @@ class Computing:
     def _show(
         self, request: PageRequest, snapshot: Live | None, rested: bool, more: bool = False
     ) -> None:
-        """Hand the formulas' results to the page; if ``more`` is to come, with the others' curves as they were."""
+        """Hand the formulas' results to the page.
+
+        If ``more`` is to come, with the others' curves as they were.
+        """
         if snapshot is not None:
             shown = self._shown
             if (
@@ -259,7 +267,10 @@ class Computing:
     def _power_at_once(
         self, request: PageRequest, overtaken: Overtaken, patience: float, first: bool
     ) -> dict[str, Any] | None:
-        """The circuit's results, from memory if it was asked for before; None once that is overtaken."""
+        """The circuit's results, from memory if it was asked for before.
+
+        None once that is overtaken.
+        """
         name = json.dumps(request.tables, sort_keys=True)
         how = in_worker.QUICK
         given = in_worker.power, request, overtaken, patience, *how
@@ -318,7 +329,10 @@ class Computing:
         *how: float,
         first: bool = False,
     ) -> dict[str, Any] | None:
-        """The result of a function of `in_worker`; ``error`` why it does not, None if it was overtaken."""
+        """The result of a function of `in_worker`.
+
+        ``error`` why it does not, None if it was overtaken.
+        """
         try:
             return in_worker.elsewhere(
                 job, (request.tables, *how), overtaken, self._ended.is_set, patience, first

@@ -74,12 +74,18 @@ class Draft:
 
     @classmethod
     def read(cls, path: str | Path) -> "Draft":
-        """The draft of a scene file, its values as they are written there; raises as `harvester.load`."""
+        """The draft of a scene file, its values as they are written there.
+
+        Raises as `harvester.load`.
+        """
         return cls(load(path), tomllib.loads(files.read(path, "scene", MOST_BYTES).decode()))
 
     @classmethod
     def of_text(cls, text: str, folder: Path) -> "Draft":
-        """The draft of a scene file's text, whose netlist and records must be in ``folder``; raises as `loads`."""
+        """The draft of a scene file's text, whose netlist and records must be in ``folder``.
+
+        Raises as `loads`.
+        """
         return cls(loads(text, folder), tomllib.loads(text))
 
     @property
@@ -134,7 +140,10 @@ class Draft:
         return present(effect, self.on)
 
     def switch(self, effect: EffectCard, on: bool) -> None:
-        """Switch an effect on or off; on, others of its choice are switched off, and keys without a text get one."""
+        """Switch an effect on or off.
+
+        On, others of its choice are switched off, and keys without a text get one.
+        """
         same = self._said_otherwise(effect) if on else {}
         self.on.discard(effect)
         if on:
@@ -225,7 +234,10 @@ class Draft:
         return [*dict.fromkeys(keys), *self.load_keys]
 
     def tables(self) -> dict[str, Any]:
-        """The scene as the nested tables of a scene file; InputError if a record is wanted and none is there."""
+        """The scene as the nested tables of a scene file.
+
+        InputError if a record is wanted and none is there.
+        """
         tables: dict[str, Any] = {"title": self.title} if self.title else {}
         if not self.physical:
             tables["nondimensional"] = {}
@@ -272,7 +284,10 @@ class Draft:
         return Scene(**self.tables())
 
     def toml(self) -> str:
-        """The scene file, values as they were typed; paths of files are those next to the scene file."""
+        """The scene file, values as they were typed.
+
+        Paths of files are those next to the scene file.
+        """
         import tomli_w
 
         tables = self.tables()

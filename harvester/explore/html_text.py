@@ -125,7 +125,10 @@ def headline(
 
 
 def _large(number: str, error: str, by: str, at: float) -> str:
-    """A number in large letters, its error next to it, below it whose it is; the page's code has the place ``at``."""
+    """A number in large letters, its error next to it, below it whose it is.
+
+    The page's code has the place ``at``.
+    """
     head = f'{escape(plain(number))} <span class="error95">{escape(plain(error))}</span>'
     return f'<div class="power" data-at="{at!r}">{head}</div><div class="by">{by}</div>'
 

@@ -90,7 +90,9 @@ def live(
     first: bool = False,
     known: Live | None = None,
 ) -> Live | None:
-    """The answers of the formulas to a scene whose ``key`` is ``at``; on a ``fine`` grid, or on one that is quick.
+    """The answers of the formulas to a scene whose ``key`` is ``at``.
+
+    On a ``fine`` grid, or on one that is quick.
 
     Ends with None once it is ``overtaken``.  ``curves`` are those of the same scene at another
     value of the key, if they are known already: then the working point alone is computed.
@@ -166,7 +168,10 @@ def _add(
 
 
 def _without_netlist(problem: Problem, key: str) -> tuple[Scene | None, str]:
-    """The scene with a resistor in the place of a netlist, and the key there; None if that cannot be."""
+    """The scene with a resistor in the place of a netlist, and the key there.
+
+    None if that cannot be.
+    """
     if problem.load.is_in_equations:
         return problem.scene, key
     # refuses a netlist that is not allowed
@@ -208,7 +213,10 @@ def _answers(
 
 
 def _varied(scene: Scene, key: str, value: float) -> Scene | None:
-    """The scene with another value of a key; None if it cannot be, such as two stops without room between them."""
+    """The scene with another value of a key.
+
+    None if it cannot be, such as two stops without room between them.
+    """
     try:
         return scene.vary(key, float(value))
     except HarvesterError:

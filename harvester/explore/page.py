@@ -111,7 +111,10 @@ class Explorer:
         self.changed("")
 
     def changed(self, error: str) -> None:
-        """Take notice of a change: an ``error`` is shown; else the formulas and then a path are asked for anew."""
+        """Take notice of a change: an ``error`` is shown.
+
+        Else the formulas and then a path are asked for anew.
+        """
         try:
             if error:
                 raise InputError(error)
@@ -126,7 +129,10 @@ class Explorer:
         self.real_device.predict(self._request.tables)
 
     def _axis(self) -> tuple[str, float, Slide]:
-        """The key of the axis, its value and its range; the load if the chosen key has disappeared."""
+        """The key of the axis, its value and its range.
+
+        The load if the chosen key has disappeared.
+        """
         options = self.draft.present_keys()
         if not options:
             raise InputError(
@@ -168,7 +174,10 @@ class Explorer:
         self._draw_words()
 
     def soon(self, action: Callable[[], None]) -> None:
-        """Call a function on the server's thread, on which the page may change; nothing if it is closed."""
+        """Call a function on the server's thread, on which the page may change.
+
+        Nothing if it is closed.
+        """
         document = self.document
         if document is None or document.session_context is None or self._ended.is_set():
             return

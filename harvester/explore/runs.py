@@ -27,7 +27,9 @@ Listener = Callable[[dict[str, Any]], None]
 
 
 class Background:
-    """A run in a process ``group`` of its own; ``listener`` gets each of its JSON objects, in a thread of its own.
+    """A run in a process ``group`` of its own.
+
+    ``listener`` gets each of its JSON objects, in a thread of its own.
 
     The last one has ``answer``, ``error`` or ``cancelled``.
     """
@@ -238,7 +240,10 @@ class RunPanel:
 
 
 def _point(engine: str, begun: Point, said: dict[str, Any]) -> dict[str, Any]:
-    """A run's answer as a point of the picture; ``error`` is the known part of its 95 % error, ``known`` if all is."""
+    """A run's answer as a point of the picture.
+
+    ``error`` is the known part of its 95 % error, ``known`` if all is.
+    """
     tables, key, at = begun
     power = said["answer"]["mean_power"]
     return {

@@ -40,7 +40,9 @@ class Frame(pn.Template):  # type: ignore[misc]
 
 
 class Server:
-    """A server that is ready to be started on one address of this machine; ``url`` is its page with the token.
+    """A server that is ready to be started on one address of this machine.
+
+    ``url`` is its page with the token.
 
     Raises InputError for a ``host`` that is not an address of this machine, and for a ``port`` that
     is in use.

@@ -13,7 +13,10 @@ _NARROW = ("oscillator.mass", "oscillator.stiffness")
 
 @dataclass(frozen=True)
 class Slide:
-    """The values from ``low`` to ``high`` at the places 0 to `STEPS`; by ratio, times ``sign``, if ``by_ratio``."""
+    """The values from ``low`` to ``high`` at the places 0 to `STEPS`.
+
+    By ratio, times ``sign``, if ``by_ratio``.
+    """
 
     low: float
     high: float

@@ -46,7 +46,10 @@ def meaning_of(key: str) -> str:
 
 
 def unit_on_page(key: str) -> str:
-    """The SI unit of a key, "" for a number; that of a netlist's parameter is determined by its first letter."""
+    """The SI unit of a key, "" for a number.
+
+    That of a netlist's parameter is determined by its first letter.
+    """
     if key in _MEASURED:
         return _MEASURED[key][0]
     table, name = split_key(key)

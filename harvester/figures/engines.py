@@ -152,7 +152,10 @@ def _powers(powers: Axes, estimates: Sequence[Estimate]) -> None:
 
 
 def _with_error(power: Value) -> str:
-    """A power with its total error to two digits; without one if it is not known, or is too small next to it."""
+    """A power with its total error to two digits.
+
+    Without one if it is not known, or is too small next to it.
+    """
     error = power.error95
     if error is None or error <= _SEEN * abs(power.value):
         return f"{power.value:.4g}"

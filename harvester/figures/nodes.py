@@ -51,7 +51,10 @@ def node(answer: NodeResult, title: str | None) -> Plot:
 
 
 def design(answer: DesignResult, title: str | None) -> Plot:
-    """Draw each circuit's power with its total error, and the required one; the chosen one is first."""
+    """Draw each circuit's power with its total error, and the required one.
+
+    The chosen one is first.
+    """
     x = scale(
         "power available at the voltage needed",
         "W",

@@ -104,7 +104,10 @@ def optimum(answer: Optimum, title: str | None) -> Plot:
 
 
 def _sound(answer: Optimum) -> tuple[list[Evaluation], int]:
-    """The engine's evaluations that have an answer: those that are sound, or all if none is; how many are left."""
+    """The engine's evaluations that have an answer: those that are sound, or all if none is.
+
+    How many are left.
+    """
     known = [p for p in answer.own_points if p.power is not None]
     sound = [p for p in known if p.is_sound] or known
     return sound, len(known) - len(sound)

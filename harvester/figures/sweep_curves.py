@@ -66,7 +66,10 @@ class Levels:
         return bool((self.model > VISIBLE * np.abs(self.power)).any())
 
     def over(self, base: "Levels") -> "Levels":
-        """These powers over others at the same points, with the errors of both; the ``model`` is that of these."""
+        """These powers over others at the same points, with the errors of both.
+
+        The ``model`` is that of these.
+        """
         ratio = _quotient(self.power, base.power)
         over_this, over_base = (_quotient(levels.sampling, levels.power) for levels in (self, base))
         size = np.abs(ratio)

@@ -27,7 +27,9 @@ from harvester.uncertainty.value import Value
 
 
 def sweep(table: SweepTable, title: str | None) -> Plot:
-    """Draw the mean power, a curve for each engine (and value of the other keys), with errors; crosses are failures.
+    """Draw the mean power, a curve for each engine (and value of the other keys), with errors.
+
+    Crosses are failures.
 
     Below, with several engines, the power over that of an engine that samples, at the same point.
     A list of points of several keys is markers without a line.  For a long curve every n-th point
@@ -87,7 +89,10 @@ def _draw(axes: Axes, engine: str, x: Floats, levels: Levels, look: dict[str, An
 
 
 def _band(axes: Axes, x: Floats, middle: Floats, error: Floats, look: dict[str, Any]) -> None:
-    """Draw an error that is stated rather than sampled as a pale band; for a single point as a bar."""
+    """Draw an error that is stated rather than sampled as a pale band.
+
+    For a single point as a bar.
+    """
     if len(x) > 1 and look["linestyle"] == "none":
         return
     if len(x) == 1:

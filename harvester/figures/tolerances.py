@@ -19,7 +19,10 @@ _MOST_BINS, _LETTERS = 60, 26
 
 
 def tolerance(answer: ToleranceResult, title: str | None) -> Plot:
-    """Draw a histogram of the powers with quantiles and limits over the tornado; for one key the power along it."""
+    """Draw a histogram of the powers with quantiles and limits over the tornado.
+
+    For one key the power along it.
+    """
     power = scale("mean power", answer.unit_names.power, answer.power)
     keys = len(answer.tornado)
     with styled():

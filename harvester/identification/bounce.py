@@ -29,7 +29,10 @@ GOOD = 1.1  # times the noise: a residual that no other start would make smaller
 
 @dataclass(frozen=True)
 class Bounce:
-    """A device against a stop and the state that it starts from: Hz, 1, 1, m, m, m/s; ``zero`` is the sensor's (m)."""
+    """A device against a stop and the state that it starts from: Hz, 1, 1, m, m, m/s.
+
+    ``zero`` is the sensor's (m).
+    """
 
     frequency: float
     quality: float

@@ -1,4 +1,6 @@
-"""Least squares of all measurements at once, in the logarithms of positive quantities; outliers are left out.
+"""Least squares of all measurements at once, in the logarithms of positive quantities.
+
+Outliers are left out.
 
 A channel is one file's sizes, its phases, or its ring-down.  Each has noise of its own, which its
 residuals determine: the fit is repeated with them as weights, first with a loss that outliers
@@ -56,7 +58,10 @@ class Channel:
     given_noise: float | None = None
 
     def residuals(self, values: dict[str, float], kept: Floats) -> Floats:
-        """Measurement minus model at all points, shape (n,); ``kept`` is 0 if a point is left out."""
+        """Measurement minus model at all points, shape (n,).
+
+        ``kept`` is 0 if a point is left out.
+        """
         off = self.values - self.model(values, kept)
         if self.signless and abs(np.mean(np.exp(1j * off)[kept > 0.0]).real) > 0.0:
             off = off - (math.pi if np.mean(np.cos(off[kept > 0.0])) < 0.0 else 0.0)

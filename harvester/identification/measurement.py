@@ -17,7 +17,9 @@ OPEN = math.inf
 
 @dataclass(frozen=True, eq=False)
 class Impedance:
-    """Impedance Z in ohm at frequencies f in Hz, both of shape (n,); ``clamped``: with the mass held.
+    """Impedance Z in ohm at frequencies f in Hz, both of shape (n,).
+
+    ``clamped``: with the mass held.
 
     If the phase is not known, z is the magnitude.  ``left_out`` are rows of the file, from 1.
     """

@@ -39,7 +39,9 @@ class Pattern:
 
 
 def pattern(off: Floats, x: Floats, relative: float, of_time: bool) -> Pattern | None:
-    """The pattern of residuals at x (Hz, or s if ``of_time``), shape (n,); None if they may be noise.
+    """The pattern of residuals at x (Hz, or s if ``of_time``), shape (n,).
+
+    None if they may be noise.
 
     ``relative`` is their size over that of the measurement.
     """

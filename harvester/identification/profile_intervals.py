@@ -66,7 +66,10 @@ class Profiles:
         return np.asarray(self.plain / np.outer(scale, scale))
 
     def interval(self, quantity: Quantity, above_0: bool) -> ProfileInterval:
-        """The interval of a quantity of the parameters; ``above_0``: it is searched in the logarithm."""
+        """The interval of a quantity of the parameters.
+
+        ``above_0``: it is searched in the logarithm.
+        """
 
         def g(p: Floats) -> float:
             try:
@@ -99,7 +102,10 @@ class Profiles:
         error: float,
         more: float,
     ) -> float:
-        """The place at which the profile reaches a limit on one side; the linear end if the search does not find it."""
+        """The place at which the profile reaches a limit on one side.
+
+        The linear end if the search does not find it.
+        """
         linear = self.reach * error
         if linear > 1.0 and best != 0.0:  # not determined: where exactly it ends does not matter
             return best + way * linear

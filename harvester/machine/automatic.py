@@ -57,7 +57,10 @@ class AutomaticProgress:
         return self._bar is not None and len(self._begun) == 1
 
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
-        """Begin a study, or one more kind of rows of it; ``what`` without ``total`` is a line above the bar."""
+        """Begin a study, or one more kind of rows of it.
+
+        ``what`` without ``total`` is a line above the bar.
+        """
         is_rows = total is not None
         if what and not is_rows:
             if self._is_shown:

@@ -1,4 +1,6 @@
-"""Progress on a terminal, with the time that is left; in a pipe nothing but one line of a study that will take long.
+"""Progress on a terminal, with the time that is left.
+
+In a pipe nothing but one line of a study that will take long.
 
 The clock of a bar continues between two reports.  The time left is that of the last report less
 the time since then; if the next report is overdue, so is the rest, and the time left grows again:
@@ -99,7 +101,10 @@ class Bar(tqdm):  # type: ignore[misc]
         return {**super().format_dict, "left": left}
 
     def start(self, total: int | None = None, what: str = "", done: int = 0) -> None:
-        """Begin work that is measured by its fraction; ``what`` describes its limit, printed for long work."""
+        """Begin work that is measured by its fraction.
+
+        ``what`` describes its limit, printed for long work.
+        """
         if what and total is None and (self.budget or 0.0) > LONG:
             self.notice(what)
 
@@ -306,7 +311,10 @@ class RowsBar(Bar):
         self._show(1.0 - sum(self.left_of.values()) / rows, f"{engine} {done} of {of}".strip())
 
     def _means(self) -> dict[str, float] | None:
-        """The mean seconds of a row of each engine that has rows to come; None if one has no row yet."""
+        """The mean seconds of a row of each engine that has rows to come.
+
+        None if one has no row yet.
+        """
         to_come = [name for name, left in self.left_of.items() if left]
         if not all(name in self.lasts_of or self.done_of[name] for name in to_come):
             return None

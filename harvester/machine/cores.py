@@ -17,7 +17,9 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 
 
 def cores() -> int:
-    """How many cores to use: all of the machine, or fewer if `THREADS_VARIABLE` reports it; at least 1.
+    """How many cores to use: all of the machine, or fewer if `THREADS_VARIABLE` reports it.
+
+    At least 1.
 
     Answers do not depend on it: each block of trajectories has its own random generators.
     """

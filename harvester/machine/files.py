@@ -24,7 +24,9 @@ KINDS = (
 
 
 def folder(path: str | Path, argument: str = "out") -> Path:
-    """Make sure that a folder exists and can be written, and return it; errors name the ``argument``.
+    """Make sure that a folder exists and can be written, and return it.
+
+    Errors name the ``argument``.
 
     Raises InputError if it cannot be made or written.
     """
@@ -95,7 +97,10 @@ def read_part(path: str | Path, argument: str, begin: int, most: int) -> bytes:
 
 
 def _cause(error: OSError | ValueError) -> str:
-    """Why the system did not open a file; ValueError is Python's of a name that no file can have."""
+    """Why the system did not open a file.
+
+    ValueError is Python's of a name that no file can have.
+    """
     return error.strerror or "" if isinstance(error, OSError) else "its name has a NUL character"
 
 

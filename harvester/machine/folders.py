@@ -26,7 +26,10 @@ def cache_folder() -> Path | None:
 
 
 def private(path: Path) -> Path | None:
-    """A folder of the user, made if it is missing; None if it cannot be written; raises as `cache_folder`."""
+    """A folder of the user, made if it is missing; None if it cannot be written.
+
+    Raises as `cache_folder`.
+    """
     try:
         path.mkdir(0o700, parents=True, exist_ok=True)
         state = path.stat()

@@ -18,7 +18,9 @@ def search_garbage_rarely() -> None:
 
 
 def load_elsewhere(name: str) -> bool:
-    """Import a library while the root is the current folder; False, and nothing is done, if it is loaded already.
+    """Import a library while the root is the current folder.
+
+    False, and nothing is done, if it is loaded already.
 
     That folder may be a stranger's.
     """

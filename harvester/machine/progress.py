@@ -136,7 +136,10 @@ _LISTENER: ContextVar[ProgressCallback | None] = ContextVar("listener", default=
 
 @contextmanager
 def listening(report: ProgressCallback | None) -> Iterator[None]:
-    """Let ``report`` hear the shares of all work within; None: the listener to the work around it."""
+    """Let ``report`` hear the shares of all work within.
+
+    None: the listener to the work around it.
+    """
     token = _LISTENER.set(report or _LISTENER.get())
     try:
         yield

@@ -88,7 +88,9 @@ def periods_that_hold(oscillations: float, period: float, least: int = 1) -> int
 
 
 def comes_back_after(motion: Floats, size: float) -> int:
-    """After how many periods the last of many (x, x'), of a motion of that size, come back; 0 if they do not.
+    """After how many periods the last of many (x, x'), of a motion of that size, come back.
+
+    0 if they do not.
 
     ``motion``, shape (n, 2), has the states a period apart.
     """
@@ -216,7 +218,10 @@ class Settling:
         return Remainder(size, means, unexplained)
 
     def _combination(self, residual: Floats) -> tuple[Secants | None, Floats]:
-        """The known changes, and how much of each explains the slow part of f(y) - y; None before there are any."""
+        """The known changes, and how much of each explains the slow part of f(y) - y.
+
+        None before there are any.
+        """
         changes = self.secants()
         if changes is None:
             return None, np.zeros(0)
@@ -234,7 +239,9 @@ class Settling:
         )[0]
 
     def secants(self, worth: float = 0.0) -> Secants | None:
-        """The known changes, and after them the changes between this way's last periods; None before there are any.
+        """The known changes, and after them the changes between this way's last periods.
+
+        None before there are any.
 
         A change of f(y) that no change of y explains is ngspice's tolerance, and has no information
         on the way; nor does a change of y that is not ``worth`` it, relative to the state's size.
@@ -321,7 +328,9 @@ class Settling:
         return reached
 
     def reach(self, enough: float = REACHED, guess: bool = False) -> bool:
-        """Go on to the fixed point, to ``enough`` of the state's size; whether it was reached, in `MOST` periods.
+        """Go on to the fixed point, to ``enough`` of the state's size.
+
+        Whether it was reached, in `MOST` periods.
 
         With ``guess``, it ends as soon as the remainder by the last periods may bring it there, and
         moves by it.
@@ -379,7 +388,10 @@ class Settling:
         return False
 
     def _must_learn(self, seems_there: bool) -> bool:
-        """Move each slow part, once, if the way seems to end, for all that is known of it; whether it did."""
+        """Move each slow part, once, if the way seems to end, for all that is known of it.
+
+        Whether it did.
+        """
         learns = seems_there and not self.probed
         if learns:
             self.learn()

@@ -56,7 +56,10 @@ class Settings:
     everywhere: set[str] = field(default_factory=set)
 
     def add(self, line: Line, board: bool, inside: bool) -> None:
-        """Read the settings of a card for the circuit; refuse an unknown one, or one inside a subcircuit."""
+        """Read the settings of a card for the circuit.
+
+        Refuse an unknown one, or one inside a subcircuit.
+        """
         where = f"netlist {line.where}"
         word = line.word
         if word not in (BOARD if board else BENCH) or (inside and not board):
@@ -78,7 +81,10 @@ class Settings:
             }
 
     def _add_options(self, words: Words) -> None:
-        """Read the temperatures of an .options card; refuse an option that changes a circuit in another way."""
+        """Read the temperatures of an .options card.
+
+        Refuse an option that changes a circuit in another way.
+        """
         for key in (*words.pairs, *words.alone):
             if key in TEMPERATURES and key in words.pairs:
                 self.options[key] = words.number(words.pairs[key])

@@ -43,7 +43,10 @@ class CircuitKeys:
     def given(
         self, path: Path, parameters: Mapping[str, float], capacitance: float | None
     ) -> dict[str, float]:
-        """The scene's parameters in the netlist's spelling, Cp included; one without default must be among them."""
+        """The scene's parameters in the netlist's spelling, Cp included.
+
+        One without default must be among them.
+        """
         elements = {name.lower(): name for name in self.elements}
         values: dict[str, float] = {}
         for key, value in parameters.items():

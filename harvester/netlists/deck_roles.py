@@ -81,7 +81,10 @@ def _on_board(
 def _named(
     elements: Sequence[Element], letter: str, given: str | None, what: str, file: str
 ) -> Element | None:
-    """The load or the storage capacitor: as given, by its name, or the only one of its kind; None otherwise."""
+    """The load or the storage capacitor: as given, by its name, or the only one of its kind.
+
+    None otherwise.
+    """
     there = {element.name.lower(): element for element in elements if element.kind == letter}
     if given is not None:
         if given.lower() not in there:
@@ -111,7 +114,10 @@ def _find_load(elements: Sequence[Element], given: str | None, file: str) -> Ele
 def _find_store(
     elements: Sequence[Element], given: str | None, file: str, load: Element
 ) -> Element | None:
-    """The storage capacitor: one by its name, or the largest capacitor across the load; None without one."""
+    """The storage capacitor: one by its name, or the largest capacitor across the load.
+
+    None without one.
+    """
     if (named := _named(elements, "c", given, "store", file)) is not None:
         return named
     capacitors = (element for element in elements if element.kind == "c")

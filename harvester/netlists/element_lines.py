@@ -183,7 +183,9 @@ def _behavioural(line: Line, name: str, nodes: tuple[str, ...], text: str) -> El
 def _function_in_place(
     line: Line, name: str, nodes: tuple[str, ...], words: Words
 ) -> Element | None:
-    """A resistor, capacitor or inductor whose value is a function of voltages and currents; None of another one.
+    """A resistor, capacitor or inductor whose value is a function of voltages and currents.
+
+    None of another one.
 
     A resistor R={f} is the current v/f, as in ngspice.
     """
@@ -222,7 +224,10 @@ def _refuse_parallel(words: Words) -> None:
 
 
 def _passive(*keys: str) -> Callable[[Words, Set[str], tuple[str, ...]], Fields]:
-    """Resistors, capacitors and inductors: a value, a model, or both; the value may have one of some keys."""
+    """Resistors, capacitors and inductors: a value, a model, or both.
+
+    The value may have one of some keys.
+    """
 
     def fields(words: Words, models: Set[str], nodes: tuple[str, ...]) -> Fields:
         given = words.pop(*keys)

@@ -101,7 +101,9 @@ _OF_LTSPICE = {
 
 
 def plain_number(text: str, mil: bool = True) -> float | None:
-    """A number as an element's value has it (2.2k, 5Meg, 1e3k, 10mil), by `INPevaluate`; None for anything else.
+    """A number as an element's value has it (2.2k, 5Meg, 1e3k, 10mil), by `INPevaluate`.
+
+    None for anything else.
 
     A parameter has no ``mil``: ngspice reads 10mil as 10m there.
 
@@ -114,7 +116,10 @@ def plain_number(text: str, mil: bool = True) -> float | None:
 
 
 def _scaled(number: str, letters: str, mil: bool) -> float | None:
-    """The value of a number with an exponent and the letters behind it; braces have no mil; None for one too large."""
+    """The value of a number with an exponent and the letters behind it; braces have no mil.
+
+    None for one too large.
+    """
     digits, _, exponent = number.partition("e")
     if len(exponent) > 5:
         return None
@@ -196,7 +201,10 @@ class _Reader:
         return left
 
     def _branches(self, condition: Node) -> Node:
-        """The two branches of ``condition ? a : b``; in braces ngspice misreads one within another."""
+        """The two branches of ``condition ? a : b``.
+
+        In braces ngspice misreads one within another.
+        """
         self._take("?")
         first = self._branch()
         self._take(":")
@@ -215,7 +223,10 @@ class _Reader:
         )
 
     def _operand(self, first: bool) -> Node:
-        """A number, a name, a call or a parenthesis, with its sign; ``first``: no operator precedes it."""
+        """A number, a name, a call or a parenthesis, with its sign.
+
+        ``first``: no operator precedes it.
+        """
         token = self._next()
         if token not in ("-", "+", "!"):
             return self._atom()

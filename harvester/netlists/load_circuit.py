@@ -80,7 +80,10 @@ class LoadCircuit:
 
     @cached_property
     def resistance(self) -> float | None:
-        """The load resistor (ohm) of a circuit of that alone, which needs no step control; else None."""
+        """The load resistor (ohm) of a circuit of that alone, which needs no step control.
+
+        Else None.
+        """
         lone = len(self.parts) == 1 and set(self.parts[0].nodes) == {PIEZO, "0"}
         return self.parts[0].effective_value if lone else None
 
@@ -91,7 +94,10 @@ class LoadCircuit:
 
     @cached_property
     def smoothing(self) -> float | None:
-        """The smoothing capacitor Csmooth (F); None if there is none or it is not a plain number."""
+        """The smoothing capacitor Csmooth (F).
+
+        None if there is none or it is not a plain number.
+        """
         store = self._part(STORE)
         return None if store is None else store.effective_value
 
@@ -109,7 +115,10 @@ class LoadCircuit:
         return () if store is None else store.nodes
 
     def value_of(self, name: str) -> float | None:
-        """The value of a parameter or an element by its name in the scene's load.parameters; None if it has none."""
+        """The value of a parameter or an element by its name in the scene's load.parameters.
+
+        None if it has none.
+        """
         return {key.lower(): value for key, value in (self.elements | self.values).items()}.get(
             self.own_name(name)
         )

@@ -96,7 +96,9 @@ class CircuitPart:
 
     @property
     def effective_value(self) -> float | None:
-        """The resistance, capacitance or inductance, all that are side by side; None if it has none.
+        """The resistance, capacitance or inductance, all that are side by side.
+
+        None if it has none.
 
             R scale/m,    C scale m,    L scale/m
 

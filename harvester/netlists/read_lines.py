@@ -1,4 +1,6 @@
-"""A netlist's lines: continued lines joined, comments removed, included files in place; nothing follows .end.
+"""A netlist's lines: continued lines joined, comments removed, included files in place.
+
+Nothing follows .end.
 
 A file is read as UTF-8, as UTF-16 and else as cp1252, in which LTspice writes on Windows.
 """
@@ -74,12 +76,18 @@ def own_lines(path: Path) -> list[Line]:
 
 
 def included_lines(card: Line, path: Path) -> Iterator[Line]:
-    """Yield the lines of the library that a card of the netlist ``path`` names; raises as `read_lines`."""
+    """Yield the lines of the library that a card of the netlist ``path`` names.
+
+    Raises as `read_lines`.
+    """
     yield from _with_included([card], path, path.parent.resolve(), (), [MOST_BYTES])
 
 
 def _lines_of(path: Path, root: Path, chain: tuple[Path, ...], left: list[int]) -> Iterator[Line]:
-    """Yield the lines of a file that the files ``chain`` include; ``left`` holds the bytes that may still be read."""
+    """Yield the lines of a file that the files ``chain`` include.
+
+    ``left`` holds the bytes that may still be read.
+    """
     yield from _with_included(_joined_lines(path, left, included=True), path, root, chain, left)
 
 

@@ -121,7 +121,10 @@ def _of_pairs(line: Line) -> Iterator[Diagnostic]:
 
 
 def unintended_number(text: str, named: Mapping[str, Number]) -> Diagnostic | None:
-    """A warning of a number such as ``4k7``, of the element, line and unit that are ``named``; None of another."""
+    """A warning of a number such as ``4k7``, of the element, line and unit that are ``named``.
+
+    None of another.
+    """
     digits = _digits_inside(text)
     return None if digits is None else warning("digits_behind_suffix", **named, **digits)
 

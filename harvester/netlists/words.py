@@ -17,7 +17,10 @@ _WORD = re.compile(
 
 
 def tokens_of(text: str) -> list[str]:
-    """The words of a line, signs = and groups in braces or quotes; blanks, commas and parentheses part them."""
+    """The words of a line, signs = and groups in braces or quotes.
+
+    Blanks, commas and parentheses part them.
+    """
     return _WORD.findall(text)
 
 

@@ -32,7 +32,10 @@ LEAST, MOST = 1e-30, 1e30  # of a number that a circuit may have, other than 0
 
 @dataclass
 class Scope:
-    """The meaning of the names in a subcircuit; ``outer`` is that of the caller, ``whole`` that outside of all."""
+    """The meaning of the names in a subcircuit.
+
+    ``outer`` is that of the caller, ``whole`` that outside of all.
+    """
 
     body: Body
     given: Mapping[str, float] = field(default_factory=dict)
@@ -80,7 +83,10 @@ class Scope:
             ) from None
 
     def number(self, tree: Node, where: str) -> float:
-        """The number of an expression in braces; raises InputError if it has none, or one that no circuit has."""
+        """The number of an expression in braces.
+
+        Raises InputError if it has none, or one that no circuit has.
+        """
         node = self.tree(tree, where, BRACES)
         if not node.is_constant or not math.isfinite(node.value):
             raise InputError(f"{where} must give a finite number, but does not")
@@ -176,7 +182,10 @@ def initial_of(netlist: ParsedNetlist) -> dict[str, float]:
 def _inside(
     netlist: ParsedNetlist, scope: Scope, call: _Call, whole: Scope, chain: tuple[str, ...]
 ) -> Iterator[CircuitPart]:
-    """The elements of one call of a subcircuit, and of the calls within; ``chain`` are the subcircuits around it."""
+    """The elements of one call of a subcircuit, and of the calls within.
+
+    ``chain`` are the subcircuits around it.
+    """
     for element in scope.body.elements:
         if element.kind == "x":
             yield from _called(netlist, element, scope, call, whole, chain)

@@ -5,7 +5,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class AnswerUnits:
-    """The unit of each quantity that answers are made of; all are empty if the numbers are nondimensional."""
+    """The unit of each quantity that answers are made of.
+
+    All are empty if the numbers are nondimensional.
+    """
 
     time: str = ""
     frequency: str = ""

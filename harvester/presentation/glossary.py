@@ -1,4 +1,6 @@
-"""The meaning of the names of results: label, kind of unit, symbol, and one sentence; long because it is one table.
+"""The meaning of the names of results: label, kind of unit, symbol, and one sentence.
+
+Long because it is one table.
 
 A result's field is shown by its name's term here.  ``kind`` is an attribute of
 `harvester.presentation.answer_units.AnswerUnits`, so that the unit is that of the scene; "clock" is

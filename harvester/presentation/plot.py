@@ -87,7 +87,10 @@ class Plot(Figure):
             super().draw(renderer)
 
     def savefig(self, fname: Any, **options: Any) -> None:
-        """Save the figure as `matplotlib.figure.Figure.savefig` does; the same figure gives the same file."""
+        """Save the figure as `matplotlib.figure.Figure.savefig` does.
+
+        The same figure gives the same file.
+        """
         form = options.get("format") or str(fname).rpartition(".")[2].lower()
         with styled():
             super().savefig(fname, **{"metadata": _IGNORED.get(form), **options})

@@ -187,7 +187,10 @@ def with_error(content: WholeError, about: Term) -> str:
 
 
 def _text(content: Any, about: Term, unit: str) -> str:
-    """A number, a value or a text, several texts, or the two ends of a range as people read them; else empty."""
+    """A number, a value or a text, several texts, or the two ends of a range as people read them.
+
+    Else empty.
+    """
     if isinstance(content, bool):
         return "yes" if content else "no"
     if isinstance(content, Value | float | int):

@@ -175,7 +175,10 @@ class Table:
         return pandas.DataFrame({name: _typed(cells) for name, cells in self.plain().items()})
 
     def to_xarray(self) -> "xarray.Dataset":
-        """A dataset over the columns of ``index`` (over the rows if absent); units are attributes."""
+        """A dataset over the columns of ``index`` (over the rows if absent).
+
+        Units are attributes.
+        """
         frame = self.to_pandas()
         dataset = (
             frame.set_index(list(self.index)) if self.index else frame.rename_axis("row")
@@ -195,7 +198,10 @@ class Table:
         ]
 
     def lines(self, indent: str = "", elsewhere: str = "") -> list[str]:
-        """The lines of a terminal: for a long table the first and the last rows; ``elsewhere`` names who has all."""
+        """The lines of a terminal: for a long table the first and the last rows.
+
+        ``elsewhere`` names who has all.
+        """
         few = self if len(self) <= MOST_ROWS else self._ends()
         head, body = few.shown()
         lines = columns([head, *body], indent, right=True)
@@ -239,7 +245,10 @@ class Table:
 
 
 def csv_lines(heads: Iterable[str], rows: Iterable[Iterable[object]]) -> Iterator[str]:
-    """The lines of a CSV file, its header first; numbers have nine digits, and None is an empty cell."""
+    """The lines of a CSV file, its header first.
+
+    Numbers have nine digits, and None is an empty cell.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(heads)

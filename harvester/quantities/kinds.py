@@ -48,7 +48,9 @@ class Kind:
         return text if self.above == -math.inf else f"{text}, above {self.above:g}{most}"
 
     def read(self, value: object) -> float:
-        """The value in SI units, from a number or from a text with a unit; ValueError (``must ...``) for another.
+        """The value in SI units, from a number or from a text with a unit.
+
+        ValueError (``must ...``) for another.
 
         The error's ``why`` (`harvester.quantities.units.Unread`) names which part of a text was not
         understood.
@@ -216,7 +218,9 @@ ANY = Kind("a number or a quantity with a unit", "", "'10 uF'")
 
 
 def with_prefix(value: object, kind: Kind) -> float:
-    """A quantity as the command line writes it: "1k", "10M", "1 Mohm", "3e4"; ValueError as `Kind.read`.
+    """A quantity as the command line writes it: "1k", "10M", "1 Mohm", "3e4".
+
+    ValueError as `Kind.read`.
 
     In addition to the texts of a scene file it accepts a bare number, in SI units, because
     there all values are texts.
@@ -226,7 +230,10 @@ def with_prefix(value: object, kind: Kind) -> float:
 
 
 def any_quantity(value: object) -> float:
-    """A quantity of any dimension in SI base units, such as 1e6, "1 Mohm", "10 uF"; ValueError as `Kind.read`."""
+    """A quantity of any dimension in SI base units, such as 1e6, "1 Mohm", "10 uF".
+
+    ValueError as `Kind.read`.
+    """
     parts = units.split_unit(value)
     if parts is None or parts[1] == "":
         return ANY.read(value if parts is None else parts[0])

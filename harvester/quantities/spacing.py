@@ -92,7 +92,10 @@ def _ends(low: float | str, high: float | str, count: int) -> tuple[float, float
 def _in_one_unit(
     first: tuple[float, str] | None, last: tuple[float, str] | None
 ) -> tuple[float, float, str | None] | None:
-    """Two quantities in the unit of the first, or plain numbers of prefixes alone; None if they are of two kinds."""
+    """Two quantities in the unit of the first, or plain numbers of prefixes alone.
+
+    None if they are of two kinds.
+    """
     if first is None or last is None:
         return None
     (a, unit), (b, other) = first, last

@@ -74,7 +74,9 @@ USUAL_UNITS |= {
 
 
 def split_unit(text: object) -> tuple[float, str] | None:
-    """The number and the unit ("" for none) of a text; None for anything else than a text that begins with a number.
+    """The number and the unit ("" for none) of a text.
+
+    None for anything else than a text that begins with a number.
 
     "4k7" is 4.7 and "k", "4R7" is 4.7 and "ohm", as resistors are marked.
     """
@@ -90,7 +92,10 @@ def split_unit(text: object) -> tuple[float, str] | None:
 
 
 def prefix_factor(prefix: str) -> float | None:
-    """The factor of an SI prefix without a unit, as in "10k" and in ngspice's "10Meg"; None for any other text."""
+    """The factor of an SI prefix without a unit, as in "10k" and in ngspice's "10Meg".
+
+    None for any other text.
+    """
     written = {"meg": "M", "Meg": "M", "MEG": "M", "K": "k", "µ": "u", "μ": "u"}
     power = PREFIXES.get(written.get(prefix, prefix)) if prefix else None
     return None if power is None else 10.0**power
@@ -136,7 +141,10 @@ class Seconds(float):
 
 
 def time(value: str) -> float:
-    """A time above 0, "1ms", "2 s", or a bare number in the scene's unit; ValueError (``must ...``) for another."""
+    """A time above 0, "1ms", "2 s", or a bare number in the scene's unit.
+
+    ValueError (``must ...``) for another.
+    """
     must = "must be a time above 0, such as 1ms or 0.001"
     parts = split_unit(value)
     if parts is None:
@@ -193,7 +201,10 @@ def _registry() -> Any:
 
 
 def fraction(value: str) -> float:
-    """A fraction from a text such as "1%" or "0.01"; ValueError (``must ...``) for anything outside 0 to 1."""
+    """A fraction from a text such as "1%" or "0.01".
+
+    ValueError (``must ...``) for anything outside 0 to 1.
+    """
     match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)(e-?\d{1,2})?\s*(%?)\s*", value)
     number = float(match[1] + (match[2] or "")) * (0.01 if match[3] else 1.0) if match else 0.0
     if not 0.0 < number < 1.0:
@@ -202,7 +213,10 @@ def fraction(value: str) -> float:
 
 
 def seconds(value: str) -> float:
-    """A time in seconds from a text such as "30s", "2min", "1h" or "30"; ValueError (``must ...``) for another."""
+    """A time in seconds from a text such as "30s", "2min", "1h" or "30".
+
+    ValueError (``must ...``) for another.
+    """
     match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(s|min|h)?\s*", value)
     if match is None or float(match[1]) == 0.0:
         raise ValueError("must be a time above 0, such as 30s or 2min")

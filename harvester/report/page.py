@@ -34,7 +34,10 @@ class Drawing:
 
 @dataclass(frozen=True)
 class TextTable:
-    """A table of texts: the first cell of a row names it; columns ``numbers`` (by place) are set right."""
+    """A table of texts: the first cell of a row names it.
+
+    Columns ``numbers`` (by place) are set right.
+    """
 
     caption: str
     heads: Sequence[str]

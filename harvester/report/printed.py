@@ -70,7 +70,10 @@ def of_stability(scene: Scene | Problem, answer: Stability, seed: int) -> Page:
 
 
 def of_search(scene: Scene | Problem, answer: Optimum | ParetoFront, seed: int) -> Page:
-    """The page of any result of `optimise`; for one optimum with the evaluations of the largest powers."""
+    """The page of any result of `optimise`.
+
+    For one optimum with the evaluations of the largest powers.
+    """
     caption = "The evaluations, and the optimum with its interval."
     tables = tuple[Table, ...]()
     answers: list[str] = []

@@ -28,7 +28,9 @@ def of_result(
     answers: Sequence[str] = (),
     **made: Any,
 ) -> Page:
-    """The page of a study's result for a scene, with its figure and further ``tables``; ``made`` explains its origin.
+    """The page of a study's result for a scene, with its figure and further ``tables``.
+
+    ``made`` explains its origin.
 
     ``answers`` lead it, if the rows of its sheet do not state them; its cost
     is last.
@@ -104,7 +106,9 @@ def _are_numbers(cells: list[str]) -> bool:
 
 
 def _referred(cells: list[str], notes: list[str]) -> list[str]:
-    """Cells of a column, with a number for each sentence that several of them have; the ``notes`` get the sentences.
+    """Cells of a column, with a number for each sentence that several of them have.
+
+    The ``notes`` get the sentences.
 
     Sentences that differ in their numbers alone are one, which is there with those of the
     first.

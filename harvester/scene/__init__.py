@@ -1,1 +1,4 @@
-"""The input of the user: one device, its excitation and its load, with units; as dataclasses and as TOML."""
+"""The input of the user: one device, its excitation and its load, with units.
+
+As dataclasses and as TOML.
+"""

@@ -1,4 +1,7 @@
-"""Checks of keys that depend on each other, which physical and nondimensional scenes share; each raises InputError."""
+"""Checks of keys that depend on each other, which physical and nondimensional scenes share.
+
+Each raises InputError.
+"""
 
 import itertools
 from collections.abc import Callable

@@ -1,4 +1,7 @@
-"""Checks of further modes, a magnifier and a ball next to the device that they belong to; each raises InputError."""
+"""Checks of further modes, a magnifier and a ball next to the device that they belong to.
+
+Each raises InputError.
+"""
 
 import math
 from collections.abc import Mapping, Sequence

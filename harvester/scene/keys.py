@@ -63,7 +63,10 @@ def keys() -> tuple[SceneKey, ...]:
 
 
 def chosen(what: str | None) -> tuple[SceneKey, ...]:
-    """All keys, those of a table, or one such as ``load.resistance``; InputError with the nearest match otherwise."""
+    """All keys, those of a table, or one such as ``load.resistance``.
+
+    InputError with the nearest match otherwise.
+    """
     everything = keys()
     if what is None:
         return everything
@@ -120,7 +123,9 @@ def whole_key(key: str, present: Collection[str] = ()) -> str:
 
 
 def split_key(key: str) -> tuple[str, str]:
-    """The table and the name of a key, such as ("load", "resistance"); InputError for a key that no scene has.
+    """The table and the name of a key, such as ("load", "resistance").
+
+    InputError for a key that no scene has.
 
     That of a further mode is "mode.2.frequency", with the name "2.frequency".
     """
@@ -146,7 +151,10 @@ def split_key(key: str) -> tuple[str, str]:
 
 
 def read_value(key: str, text: str) -> float:
-    """A value of a scene key as the command line writes it ("1k", "1 Mohm"), in SI units; InputError for another."""
+    """A value of a scene key as the command line writes it ("1k", "1 Mohm"), in SI units.
+
+    InputError for another.
+    """
     _, name = split_key(key)
     reader = (
         any_quantity
@@ -157,7 +165,10 @@ def read_value(key: str, text: str) -> float:
 
 
 def kind_of(key: str) -> Kind:
-    """The kind of quantity of a scene key; InputError for a key that no scene has, or that is not a number."""
+    """The kind of quantity of a scene key.
+
+    InputError for a key that no scene has, or that is not a number.
+    """
     kind = key_kind(*split_key(key))
     if kind is None:
         raise InputError(f"{key} must be a key with a number to be varied")
@@ -175,6 +186,9 @@ def unit_of(key: str) -> str:
 
 @functools.cache
 def key_kind(table: str, name: str) -> Kind | None:
-    """The kind of quantity of a table's key, out of its annotation; None for a key that is a text or a table."""
+    """The kind of quantity of a table's key, out of its annotation.
+
+    None for a key that is a text or a table.
+    """
     name = name.rpartition(".")[2] if table in SEVERAL else name
     return next((note for note in notes(TABLES[table], name) if isinstance(note, Kind)), None)

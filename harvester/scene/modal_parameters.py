@@ -9,7 +9,9 @@ from harvester.scene.physical import Oscillator, Piezo
 
 @dataclass(frozen=True)
 class ModalParameters:
-    """M X'' + damping X' + stiffness X + theta v = ..., Cp v' = theta X' - i, in SI units; no damping is None.
+    """M X'' + damping X' + stiffness X + theta v = ..., Cp v' = theta X' - i, in SI units.
+
+    No damping is None.
 
     A resonance frequency f in short circuit represents stiffness = M (2 pi f)^2, a quality factor Q
     for the damping sqrt(|stiffness| M)/Q, a damping ratio zeta for 2 zeta sqrt(|stiffness| M), and

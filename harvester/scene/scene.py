@@ -296,7 +296,10 @@ class Scene(SceneTable):
         return present
 
     def values(self) -> list[tuple[str, str, Any]]:
-        """Table, name and value of each key that is present; those of mode 2 have names such as "2.frequency"."""
+        """Table, name and value of each key that is present.
+
+        Those of mode 2 have names such as "2.frequency".
+        """
         every = [
             (table, "", keys) for table, keys in self.tables().items() if isinstance(keys, dict)
         ]

@@ -20,7 +20,10 @@ _FEW = 7  # digits: a text with more of them is no better than the number
 
 
 def as_written(scene: Scene) -> str:
-    """The scene file of a scene with its quantities in the units of few digits; `loads` gives the same scene back."""
+    """The scene file of a scene with its quantities in the units of few digits.
+
+    `loads` gives the same scene back.
+    """
     import tomli_w
 
     tables: dict[str, Any] = {}
@@ -36,7 +39,10 @@ def as_written(scene: Scene) -> str:
 
 
 def written(table: str, name: str, value: Any) -> Any:
-    """A key's value as a text with a unit, if one of few digits is read as exactly that value; else the value."""
+    """A key's value as a text with a unit, if one of few digits is read as exactly that value.
+
+    Else the value.
+    """
     kind = key_kind(table, name)
     if kind is None or not isinstance(value, float) or not kind.unit or value == 0.0:
         return value

@@ -69,7 +69,10 @@ def schema() -> dict[str, Any]:
 
 
 def _of_same(same: dict[tuple[str, ...], bool]) -> dict[str, Any]:
-    """The rule of a table's schema for keys that mean the same; without allOf, in which Taplo completes no keys."""
+    """The rule of a table's schema for keys that mean the same.
+
+    Without allOf, in which Taplo completes no keys.
+    """
     pairs = [list(pair) for names in same for pair in itertools.combinations(names, 2)]
     needed = [names for names, must in same.items() if must]
     rules: dict[str, Any] = (

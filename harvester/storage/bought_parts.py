@@ -35,7 +35,9 @@ class BoughtCoil:
 
 
 def coil_quality(values: Mapping[str, float], capacitance: float) -> float | None:
-    """How well the inductor with ``values`` rings with a piezo of a ``capacitance`` (F); None without an inductor.
+    """How well the inductor with ``values`` rings with a piezo of a ``capacitance`` (F).
+
+    None without an inductor.
 
     1/Q = Rcoil sqrt(Cp/L) + sqrt(L/Cp)/Rcore, of a circuit that calls them so.
     """
@@ -114,7 +116,10 @@ class Chip:
         return replace(near, hand_over=max(self.hand_over - SHARP, 0.0))
 
     def thresholds(self, voltage: float) -> tuple[float, float] | None:
-        """Voltages of the storage at which an output begins and ends; None for one that the chip does not have."""
+        """Voltages of the storage at which an output begins and ends.
+
+        None for one that the chip does not have.
+        """
         if self.ratio is None:
             return self.outputs.get(voltage)
         (low, high) = self.outputs[0.0]

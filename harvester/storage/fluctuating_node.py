@@ -67,7 +67,10 @@ class Fluctuations:
 def fluctuations(
     run: NodeRun, unit: float, seconds: float, seed: int, each: int = FEWEST
 ) -> Fluctuations:
-    """Those of a run for ``seconds`` at most, with ``each`` course of a group; the ``unit`` is the mass's (s)."""
+    """Those of a run for ``seconds`` at most, with ``each`` course of a group.
+
+    The ``unit`` is the mass's (s).
+    """
     current = run.charging[0]
     wake = min(run.node.wake_voltage, run.top)
     came = max(float(current[run.volts <= wake].mean()), 1e-30)
@@ -165,7 +168,10 @@ def mean_course(courses: "tuple[NodeCourse, ...] | list[NodeCourse]") -> NodeCou
 
 
 def lived(run: NodeRun, rough: NodeRun, seconds: float, noise: Fluctuations) -> Lived:
-    """The activity of a run in so many seconds under noise; ``rough`` is the same with a table of `POINTS`."""
+    """The activity of a run in so many seconds under noise.
+
+    ``rough`` is the same with a table of `POINTS`.
+    """
     end = min(noise.seconds, seconds)
     short = rough.course(end)
     courses = [noisy_course(rough, noise, k, end) for k in range(len(noise.variates))]
@@ -176,7 +182,10 @@ def lived(run: NodeRun, rough: NodeRun, seconds: float, noise: Fluctuations) -> 
 
 
 def with_a_part(course: NodeCourse, interval: float) -> NodeCourse:
-    """A course whose packets grow evenly over their interval; the last has half of one before it, on average."""
+    """A course whose packets grow evenly over their interval.
+
+    The last has half of one before it, on average.
+    """
     if course.last is None:
         return course
     return replace(

@@ -87,7 +87,10 @@ def current_difference(
     piece: Piece | None = None,
     deadline: float | None = None,
 ) -> float | None:
-    """The largest relative difference from ngspice at the two voltages, at 95 %; None if it is not known."""
+    """The largest relative difference from ngspice at the two voltages, at 95 %.
+
+    None if it is not known.
+    """
     from harvester.cosimulation.runs import CoupledDevice
     from harvester.cosimulation.worker_pool import map_in_workers
 
@@ -119,7 +122,10 @@ def current_difference(
 
 
 def seconds_of_judging(problem: Problem, deadline: float) -> float:
-    """The seconds before a ``deadline`` that `error_of_circuit` may need; 0 for this package's netlists."""
+    """The seconds before a ``deadline`` that `error_of_circuit` may need.
+
+    0 for this package's netlists.
+    """
     if _is_packaged(problem):
         return 0.0
     return min(JUDGING * max(deadline - time.perf_counter(), 0.0), PATIENCE)
@@ -216,5 +222,8 @@ def _whole(duration: float, h: float, repeat: float | None) -> int:
 
 
 def held_load(load: LoadCircuit, farads: float) -> LoadCircuit:
-    """The netlist with a storage capacitor of so many farads and no load; for a chip the rectifier alone."""
+    """The netlist with a storage capacitor of so many farads and no load.
+
+    For a chip the rectifier alone.
+    """
     return with_parts(load, tuple(held_rectifier(load, farads)))

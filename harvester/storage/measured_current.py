@@ -106,7 +106,10 @@ class Rectifier:
         return bridge._replace(mu=leak / (self.scales.capacitance * self.scales.frequency))
 
     def compiled(self, farads: float, ohm: float = NO_LOAD) -> CompiledCircuit:
-        """That of the netlist's own elements, with a load of ``ohm``; raises as `CompiledCircuit`."""
+        """That of the netlist's own elements, with a load of ``ohm``.
+
+        Raises as `CompiledCircuit`.
+        """
         return CompiledCircuit(self.load, self.scales, with_store(self.parts, farads, ohm))
 
     def fast(self, farads: float, ohm: float = NO_LOAD) -> Elements:

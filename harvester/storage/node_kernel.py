@@ -289,7 +289,10 @@ def send_packet(counts, hours, arrives):
 
 @forced
 def _repeat(counts, before, seconds, hours):
-    """Go on with whole cycles, as that since the counts ``before``, up to a time in all; evenly over the hours."""
+    """Go on with whole cycles, as that since the counts ``before``, up to a time in all.
+
+    Evenly over the hours.
+    """
     cycle = counts[END] - before[END]
     if cycle > 0.0 and (
         before[LAST] > 0.0 or counts[PACKETS] == 0.0

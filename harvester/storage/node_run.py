@@ -107,7 +107,10 @@ def _late(current: AnyCurrent, storage: Storage, node: SensorNode, chip: Chip | 
 
 
 class NodeRun:
-    """A node on a storage capacitor, whose charging current is a table; with a ``chip`` that is the chip's output."""
+    """A node on a storage capacitor, whose charging current is a table.
+
+    With a ``chip`` that is the chip's output.
+    """
 
     def __init__(
         self,
@@ -288,7 +291,10 @@ class NodeRun:
         return counts
 
     def _tries(self) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":
-        """How often each packet is sent, negative if it is lost; drawn anew for none, so that nodes compare."""
+        """How often each packet is sent, negative if it is lost.
+
+        Drawn anew for none, so that nodes compare.
+        """
         node = self.node
         if not node.lost_share:
             return np.ones(1, np.int64)

@@ -77,7 +77,10 @@ def quick_power(problem: Problem, cut: Cut) -> tuple[Value, Value, SlowPath]:
 
 
 def _quick_current(problem: Problem) -> RectifiedCurrent:
-    """The rectifier's current for `quick_power`; under a sinusoid it is measured once for each rectifier and device."""
+    """The rectifier's current for `quick_power`.
+
+    Under a sinusoid it is measured once for each rectifier and device.
+    """
     if problem.equations.is_random:
         return measured(problem, count=VOLTAGES).best
     rectifier = Rectifier(problem)

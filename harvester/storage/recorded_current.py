@@ -60,7 +60,10 @@ class RecordGrid(NamedTuple):
 
 
 def grid_of(problem: Problem, h: float | None = None) -> RecordGrid:
-    """The windows of a record, whose ends are samples of it; the last samples that fill no window are left out."""
+    """The windows of a record, whose ends are samples of it.
+
+    The last samples that fill no window are left out.
+    """
     record, w0 = problem.equations.record, problem.scales.frequency
     assert record is not None, "the caller checks"
     h = step_from_rest(replace(problem.equations, record=None)) if h is None else h

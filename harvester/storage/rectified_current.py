@@ -128,7 +128,10 @@ def reached(
 
 
 def times_to(levels: Floats, table: RectifiedCurrent, farads: float, ohm: float) -> Floats:
-    """When the storage reaches ascending levels (V), without diffusion; infinite for those that it does not reach."""
+    """When the storage reaches ascending levels (V), without diffusion.
+
+    Infinite for those that it does not reach.
+    """
     volts = np.linspace(0.0, float(levels[-1]), FINE)
     net = table.at(volts) - volts / ohm
     # 0: it is there at once

@@ -33,7 +33,10 @@ class Cut:
 
     @property
     def diode(self) -> tuple[float, float] | None:
-        """Saturation current (A) and emission coefficient of the rectifier's diodes; None if they are not alike."""
+        """Saturation current (A) and emission coefficient of the rectifier's diodes.
+
+        None if they are not alike.
+        """
         laws = {diode_law(part) for part in self.rectifier}
         return laws.pop() if len(laws) == 1 else None
 
@@ -47,7 +50,10 @@ class Cut:
 
     @property
     def leak(self) -> float | None:
-        """Conductance (S) of resistors in parallel with storage capacitor and load; None if anything else is there."""
+        """Conductance (S) of resistors in parallel with storage capacitor and load.
+
+        None if anything else is there.
+        """
         more = [part for part in self.behind if part.name not in (STORE, LOAD)]
         across = set(self.rails)
         ohms = [part.effective_value for part in more if part.kind == "r"]
@@ -72,7 +78,10 @@ class Cut:
 
 
 def cut_behind_rectifier(load: LoadCircuit) -> Cut | None:
-    """The circuit cut behind its rectifier; None if the parts at the electrodes are not a diode bridge."""
+    """The circuit cut behind its rectifier.
+
+    None if the parts at the electrodes are not a diode bridge.
+    """
     parts = load.parts
     rectifier = tuple(part for part in parts if ELECTRODES & set(part.nodes))
     behind = tuple(part for part in parts if part not in rectifier)
@@ -130,7 +139,9 @@ def is_lossy_store(load: LoadCircuit) -> bool:
 
 
 def plain_bridge(load: LoadCircuit, scales: Scales) -> IdealCircuit | None:
-    """The ideal circuit of a bridge of four diodes alike with storage and the load across it; None of anything else.
+    """The ideal circuit of a bridge of four diodes alike with storage and the load across it.
+
+    None of anything else.
 
     Raises InputError for elements that no compiled circuit has.
     """

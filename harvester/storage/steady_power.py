@@ -200,7 +200,10 @@ def _direct(problem: Problem, seconds: float, factor: float = 1.0) -> _Direct:
 
 
 def _of_direct(direct: _Direct, coarse: _Direct, name: str, judge: float) -> Value:
-    """The mean rate of an integral by a direct run, and by another of twice the step; ``judge``: with ngspice."""
+    """The mean rate of an integral by a direct run, and by another of twice the step.
+
+    ``judge``: with ngspice.
+    """
     whole = settled_part(direct.seconds)
     mean, twice = (mean_rate(run, name, whole) for run in (direct, coarse))
     first, last = (mean_rate(direct, name, half) for half in halves(direct.seconds))

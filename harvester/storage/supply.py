@@ -40,7 +40,10 @@ LOW = 0.3  # V: below it an empty storage capacitor is charged as there
 
 @dataclass(frozen=True)
 class Supply:
-    """A rectifier with the voltage (V) that is asked for; ``rise`` and ``fall`` are those of a chip's output."""
+    """A rectifier with the voltage (V) that is asked for.
+
+    ``rise`` and ``fall`` are those of a chip's output.
+    """
 
     voltage: float
     chip: Chip | None = None
@@ -49,7 +52,10 @@ class Supply:
 
     @property
     def top(self) -> float | None:
-        """The voltage up to which the rectifier's current matters; None for that of the open circuit."""
+        """The voltage up to which the rectifier's current matters.
+
+        None for that of the open circuit.
+        """
         if self.chip is None:
             return self.voltage
         return self.rise if self.chip.ratio is None else None
@@ -82,7 +88,10 @@ class Supply:
         )
 
     def wake(self, table: RectifiedCurrent, farads: float) -> float:
-        """How long (s) empty storage of so many farads needs until the voltage is there; infinite if it never is."""
+        """How long (s) empty storage of so many farads needs until the voltage is there.
+
+        Infinite if it never is.
+        """
         if self.chip is None:
             return _time(table, self.voltage, farads)
         if self.chip.ratio is None:

@@ -70,7 +70,10 @@ class TimeLimit:
 
     @classmethod
     def of(cls, budget: float | str | None) -> "TimeLimit | None":
-        """One that begins now, of a ``budget`` as a user gives it; InputError if it is not a time."""
+        """One that begins now, of a ``budget`` as a user gives it.
+
+        InputError if it is not a time.
+        """
         if budget is None:
             return None
         return cls(reading("`budget`", seconds, str(budget)))
@@ -102,7 +105,9 @@ def limited(limit: TimeLimit | None) -> Iterator[None]:
 
 
 def check_time(since: float | None = None, share: float = 1.0) -> None:
-    """`TimeLimit.check` by the limit of the work that calls this, if it has one; ``since`` is now by default.
+    """`TimeLimit.check` by the limit of the work that calls this, if it has one.
+
+    ``since`` is now by default.
 
     In a thread whose caller waits no more it ends the work in any case.
     """
@@ -113,6 +118,9 @@ def check_time(since: float | None = None, share: float = 1.0) -> None:
 
 
 def deadline_of_limit() -> float | None:
-    """The end of the limit by `time.perf_counter` if nothing more is compiled; None without a limit."""
+    """The end of the limit by `time.perf_counter` if nothing more is compiled.
+
+    None without a limit.
+    """
     limit = _LIMIT.get()
     return None if limit is None else time.perf_counter() + limit.left

@@ -270,7 +270,10 @@ def motion(
 def _write(
     result: Motion, problem: Problem, folder: OutputFolder | None, options: dict[str, Any]
 ) -> None:
-    """Write the files of a trajectory with its ``options`` in their provenance; none without a folder."""
+    """Write the files of a trajectory with its ``options`` in their provenance.
+
+    None without a folder.
+    """
     if folder is None:
         return
     about = provenance(problem, **options, duration=result.shown, step=result.step)

@@ -21,7 +21,10 @@ MOST_DECAY_RATIO = 0.3  # the slowest decay over that of the energy, above which
 
 
 def read_level(level: float | str, problem: Problem) -> float:
-    """The nondimensional level of a displacement; raises InputError for an invalid one, or beyond both stops."""
+    """The nondimensional level of a displacement.
+
+    Raises InputError for an invalid one, or beyond both stops.
+    """
     if isinstance(level, str) and not problem.physical:
         try:
             level = float(level)
@@ -44,7 +47,10 @@ def read_level(level: float | str, problem: Problem) -> float:
 
 
 def read_voltage(level: float | str, problem: Problem) -> float | None:
-    """The level of a voltage, in V; None for anything but a text with its unit, of a physical scene."""
+    """The level of a voltage, in V.
+
+    None for anything but a text with its unit, of a physical scene.
+    """
     if not isinstance(level, str) or not problem.physical or GAP.reads(level):
         return None
     return VOLTAGE_FROM_0.read(level) if VOLTAGE_FROM_0.reads(level) else None

@@ -255,7 +255,10 @@ class NodeResult(TableResult):
 
     @property
     def share_of_possible(self) -> float | None:
-        """The rectifier's power over the upper bound for any device of this mass; None without a bound."""
+        """The rectifier's power over the upper bound for any device of this mass.
+
+        None without a bound.
+        """
         return None if self.bound is None else self.harvested.value / self.bound.value
 
     @property
@@ -486,7 +489,9 @@ def _remarks(
 
 
 def _directly(problem: Problem, known: Known, parts: Parts, seconds: float) -> NodeCourse | None:
-    """The direct run if the storage capacitor is not slow compared with the vibration; None if it is, and if absent.
+    """The direct run if the storage capacitor is not slow compared with the vibration.
+
+    None if it is, and if absent.
 
     None also if a budget ends before it.
     """
@@ -838,7 +843,10 @@ def _intervals(reading: NodeReading) -> dict[str, Any]:
 
 
 def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | None]:
-    """The fewest and the most packets of the whole hours from the first packet on; None each without an hour."""
+    """The fewest and the most packets of the whole hours from the first packet on.
+
+    None each without an hour.
+    """
     if course.first is None:
         return None, None
     whole = course.hours[math.ceil(course.first / HOUR) : math.floor(seconds / HOUR)]
@@ -848,7 +856,9 @@ def _of_hours(course: NodeCourse, seconds: float) -> tuple[int | None, int | Non
 def _helps(
     table: AnyCurrent, parts: Parts, seconds: float, noise: Fluctuations | None
 ) -> dict[str, float]:
-    """The relative gain in packets of a change of each key that can be changed; empty if absent to gain.
+    """The relative gain in packets of a change of each key that can be changed.
+
+    Empty if absent to gain.
 
     All are of the same excitation, so that the effect of sampling on them is alike.
     """

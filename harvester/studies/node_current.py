@@ -160,7 +160,10 @@ def _of_alike_shaking(
 
 
 def _end_of_judging(problem: Problem) -> float | None:
-    """Until when (`time.perf_counter`) the circuit may be judged by ngspice; None without a budget."""
+    """Until when (`time.perf_counter`) the circuit may be judged by ngspice.
+
+    None without a budget.
+    """
     deadline = deadline_of_limit()
     if deadline is None:
         return None

@@ -46,7 +46,9 @@ def provenance_with_engines(
 
 
 class OutputFolder:
-    """A folder that a study writes its files into, each whole or not at all; ``vector`` are forms of its figures.
+    """A folder that a study writes its files into, each whole or not at all.
+
+    ``vector`` are forms of its figures.
 
     Raises InputError for a form that is neither svg nor pdf, a folder that cannot be made or
     written, and a file that the disk does not accept.

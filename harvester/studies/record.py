@@ -57,7 +57,10 @@ class RecordAnswer:
         return drawing.draw(self, title, ax)
 
     def text(self) -> str:
-        """The clean record as the CSV file that a scene reads; raises InputError if that would be too large."""
+        """The clean record as the CSV file that a scene reads.
+
+        Raises InputError if that would be too large.
+        """
         rows = zip(np.round(self.record.times, 12), self.record.values, strict=True)
         text = "".join(csv_lines(["time (s)", "acceleration (m/s^2)"], rows))
         if len(text) > MOST_BYTES:

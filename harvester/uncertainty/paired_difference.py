@@ -66,7 +66,10 @@ def difference95(
 
 
 def share95(difference: Value, size: float) -> float:
-    """The largest difference at 95 % over a ``size`` above 0; infinite if its error is not known."""
+    """The largest difference at 95 % over a ``size`` above 0.
+
+    Infinite if its error is not known.
+    """
     return math.inf if difference.unknown else difference.largest95 / size
 
 

@@ -91,7 +91,10 @@ class Target:
         return spent + self.more_seconds(value) > HOPELESS * self.budget
 
     def variance(self, value: Value) -> float:
-        """The variance of sampling that meets the target together with the bias; 0 if the bias alone is too large."""
+        """The variance of sampling that meets the target together with the bias.
+
+        0 if the bias alone is too large.
+        """
         room = self.room * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
         return (max(room, 0.0) / value.quantile) ** 2
 

@@ -136,7 +136,10 @@ class Value:
         return Value(size, stderr, bias, model, self.dof, self.unknown)
 
     def with_unknown(self, unknown: str) -> "Value":
-        """The value with one more part of its error that is not known; as it is where ``unknown`` is empty."""
+        """The value with one more part of its error that is not known.
+
+        As it is where ``unknown`` is empty.
+        """
         return replace(self, unknown=" and ".join(part for part in (self.unknown, unknown) if part))
 
     def with_model(self, share: float) -> "Value":
@@ -180,7 +183,10 @@ class Value:
 
     @property
     def error95(self) -> float | None:
-        """`known_error95` if every part of the error is known; None if a part is not, or none is stated."""
+        """`known_error95` if every part of the error is known.
+
+        None if a part is not, or none is stated.
+        """
         stated = any(error is not None for error in (self.stderr, self.bias, self.model))
         return self.known_error95 if stated and not self.unknown else None
 
@@ -310,7 +316,9 @@ def stderr_of95(half: Any) -> Any:
 
 
 def z_score(a: Value, b: Value) -> float | None:
-    """The difference of two values over their half-widths of 95 % by 1.96; None if an error is not known.
+    """The difference of two values over their half-widths of 95 % by 1.96.
+
+    None if an error is not known.
 
     The step and model errors are in the half-widths: a deviation that they cover is not a
     difference.

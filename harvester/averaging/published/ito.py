@@ -64,7 +64,10 @@ def drift(A: Floats, eqs: Equations) -> Floats:
 
 
 def intensities(eqs: Equations) -> tuple[Floats, Floats, Floats]:
-    """The noise intensities N1, N2 and N12 that the averaged amplitude feels; N12 is absent without a stop."""
+    """The noise intensities N1, N2 and N12 that the averaged amplitude feels.
+
+    N12 is absent without a stop.
+    """
     return or_zero(eqs.n1), or_zero(eqs.n2), or_zero(None if eqs.restitution is None else eqs.n12)
 
 

@@ -128,7 +128,10 @@ def mean_square_voltage(eqs: Equations) -> float:
 
 
 def mean_square_voltages(scenes: Sequence[Equations]) -> list[float | SimulationError]:
-    """Mean square voltages of many scenes at once; the error of a scene without an answer is in its place."""
+    """Mean square voltages of many scenes at once.
+
+    The error of a scene without an answer is in its place.
+    """
     return noisy_stacks(scenes, _TOGETHER, _mean_square_voltages, _NO_NOISE)
 
 

@@ -16,7 +16,10 @@ Override = Floats | float | None  # an argument in place of the equations' own; 
 def with_overrides(
     eqs: Equations, mu: Override, n2: Override, r: Override
 ) -> tuple[Floats, Floats, Floats | None]:
-    """The arguments mu, N2 and r as arrays of one shape; None: that of the equations, if no load is mu = 0."""
+    """The arguments mu, N2 and r as arrays of one shape.
+
+    None: that of the equations, if no load is mu = 0.
+    """
     mu, n2 = eqs.mu or 0.0 if mu is None else mu, eqs.n2 or 0.0 if n2 is None else n2
     r = eqs.restitution if r is None else r
     m, n, stop = np.broadcast_arrays(mu, n2, 1.0 if r is None else r)

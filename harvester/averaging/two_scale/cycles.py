@@ -34,7 +34,9 @@ _SOFTEST = 1e-3  # the voltage may take all but this share of the spring's poten
 
 @dataclass(frozen=True)
 class Cycles:
-    """Time averages over one cycle, arrays of the shape of A, one entry an amplitude; nondimensional.
+    """Time averages over one cycle, arrays of the shape of A, one entry an amplitude.
+
+    Nondimensional.
 
     V2 is <V^2> of the periodic voltage, which has zero mean.  ``wall`` is x'^2/2 at the stop,
     ``energy`` the mean of x'^2/2 + x^2/2 + alpha x^4/4 + beta V^2/2, which only noise, friction,
@@ -56,7 +58,10 @@ class Cycles:
 
 @dataclass(frozen=True)
 class Quarter:
-    """Gauss points Phi on (0, pi/2), and the odd harmonics there; arrays over points (N,) or harmonics (K,)."""
+    """Gauss points Phi on (0, pi/2), and the odd harmonics there.
+
+    Arrays over points (N,) or harmonics (K,).
+    """
 
     phi: Floats
     weights: Floats

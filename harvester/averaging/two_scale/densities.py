@@ -24,7 +24,10 @@ _POINTS = 240  # of the integrals over displacement and velocity
 
 
 def amplitude_density(A: Floats, law: TwoScale) -> Floats:
-    """Density p(A) at amplitudes of any shape (right turning points); 0 outside those that matter."""
+    """Density p(A) at amplitudes of any shape (right turning points).
+
+    0 outside those that matter.
+    """
     if law.spread is not None:
         return gap_densities.amplitude_density(A, law.spread, law.period)
     u = np.log(law.A)
@@ -34,7 +37,9 @@ def amplitude_density(A: Floats, law: TwoScale) -> Floats:
 
 
 def state_density(x: Floats, v: Floats, law: TwoScale, stop: bool) -> Floats:
-    """Density p(x, x') at displacements of shape (m,) and velocities of shape (k,) -> (m, k); 0 behind the stop.
+    """Density p(x, x') at displacements of shape (m,) and velocities of shape (k,) -> (m, k).
+
+    0 behind the stop.
 
     Raises SimulationError if the voltage is so strong that orbits of neighbouring amplitudes cross.
     """
@@ -91,7 +96,10 @@ def _velocities(law: TwoScale) -> tuple[Floats, float]:
 
 
 def _kinetic(x: Floats, law: TwoScale) -> Floats:
-    """Kinetic energy k(A, x) = A^2 sin^2 Phi nu^2/2, (m, n); negative, smooth in A, if an orbit ends before x."""
+    """Kinetic energy k(A, x) = A^2 sin^2 Phi nu^2/2, (m, n).
+
+    Negative, smooth in A, if an orbit ends before x.
+    """
     q = quarter(law.nu.shape[1], 1)
     points = np.concatenate([[0.0], q.phi, [0.5 * np.pi]])
     even = ((1, np.zeros(len(law.A))), "not-a-knot")  # nu^2 is even about the turning point

@@ -12,7 +12,10 @@ from harvester.equations.coefficients import Equations
 
 
 def drift(cycle: Cycles, slow: Floats, eqs: Equations) -> Floats:
-    """Drift b(E) of the energy at each amplitude; ``slow`` is the square of the slow voltage that it pays for."""
+    """Drift b(E) of the energy at each amplitude.
+
+    ``slow`` is the square of the slow voltage that it pays for.
+    """
     b = -cycle.damped - or_zero(eqs.beta) * or_zero(eqs.mu) * (cycle.V2 + slow)
     b = b + or_zero(eqs.n1) + or_zero(eqs.n2) * cycle.x2 + 2.0 * or_zero(eqs.n12) * cycle.x
     if eqs.restitution is not None:
@@ -30,7 +33,10 @@ def diffusion(cycle: Cycles, eqs: Equations) -> Floats:
 
 
 def log_mass(u: Floats, cycle: Cycles, slope: Floats, slow: Floats, eqs: Equations) -> Floats:
-    """Logarithm of p(E) dE/du up to a constant; its integral is by the trapezoidal rule with an end correction."""
+    """Logarithm of p(E) dE/du up to a constant.
+
+    Its integral is by the trapezoidal rule with an end correction.
+    """
     s = diffusion(cycle, eqs)
     rate = 2.0 * drift(cycle, slow, eqs) / s * slope
     du = u[..., 1:] - u[..., :-1]
@@ -133,7 +139,10 @@ def _resolvent(rate: Floats, right: Floats, flow: Floats, mass: Floats) -> Float
 
 
 def _one_scene(margin: list[float], flow: list[float], sums: list[float]) -> list[float]:
-    """Solve one scene, one amplitude after another; ``margin`` is the excess of the diagonal over the flow."""
+    """Solve one scene, one amplitude after another.
+
+    ``margin`` is the excess of the diagonal over the flow.
+    """
     excess = margin[0]
     diagonal = [margin[0] + flow[0]]
     for k in range(1, len(margin)):

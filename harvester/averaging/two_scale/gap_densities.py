@@ -22,7 +22,10 @@ _POINTS = 240  # of the integrals over displacement and velocity
 
 
 def amplitude_density(A: Floats, spread: Spread, period: Floats) -> Floats:
-    """Density p(A) = p(E) dE/dA at right turning points of any shape; 0 outside those that matter."""
+    """Density p(A) = p(E) dE/dA at right turning points of any shape.
+
+    0 outside those that matter.
+    """
     up = _rising(spread.A, spread)
     rise = PchipInterpolator(spread.A[up], spread.energy[up], extrapolate=False)(A, 1)
     log_p = PchipInterpolator(spread.A[up], np.log(spread.level * period)[up], extrapolate=False)(A)
@@ -30,7 +33,9 @@ def amplitude_density(A: Floats, spread: Spread, period: Floats) -> Floats:
 
 
 def state_density(x: Floats, v: Floats, spread: Spread) -> Floats:
-    """Density p(x, x') at displacements of shape (m,) and velocities of shape (k,) -> (m, k); 0 behind the stop.
+    """Density p(x, x') at displacements of shape (m,) and velocities of shape (k,) -> (m, k).
+
+    0 behind the stop.
 
     Raises SimulationError if the voltage is so strong that orbits of neighbouring energies cross.
     """
@@ -106,7 +111,10 @@ def _displacements(spread: Spread) -> tuple[Floats, Floats]:
 
 
 def _kinetic(x: Floats, spread: Spread) -> Floats:
-    """Kinetic energy at x, (m,), on each orbit, (m, n): (A - x) (x + B) nu^2/2; below 0 beyond its ends."""
+    """Kinetic energy at x, (m,), on each orbit, (m, n): (A - x) (x + B) nu^2/2.
+
+    Below 0 beyond its ends.
+    """
     q = half_cycle(spread.nu.shape[1], 1)
     width = spread.A + spread.B
     order = len(q.xi) - 1

@@ -42,7 +42,10 @@ _STEEPEST = 10.0  # the slow voltage may slow the rise of the energy along z by 
 
 @dataclass(frozen=True)
 class Panels:
-    """Two panels of n Gauss points, on (0, 1) and (1, 2); arrays over points (2 n,) or basis functions (K,)."""
+    """Two panels of n Gauss points, on (0, 1) and (1, 2).
+
+    Arrays over points (2 n,) or basis functions (K,).
+    """
 
     nodes: Floats
     weights: Floats

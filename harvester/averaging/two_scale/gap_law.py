@@ -48,7 +48,9 @@ _HARMONICS = np.arange(1.0, 60.0)[:, None, None]
 
 @dataclass(frozen=True)
 class Spread:
-    """How the law spreads over the plane: orbits in the order of their energies; arrays (n,), ``nu`` (n, N).
+    """How the law spreads over the plane: orbits in the order of their energies.
+
+    Arrays (n,), ``nu`` (n, N).
 
     ``left`` is the left end of the half cycle and -B that of the orbit without a stop, as in
     `harvester.averaging.two_scale.gap_cycles`; ``level`` is p(E)/T, the density in the plane: the area between two
@@ -124,7 +126,10 @@ def _least(eqs: Equations) -> Floats:
 
 
 def _rest(offset: Floats, eqs: Equations) -> Floats:
-    """The root of c + alpha c^3 = -beta V, for free orbits under the slow voltage V, by Newton; 0 with a preload."""
+    """The root of c + alpha c^3 = -beta V, for free orbits under the slow voltage V, by Newton.
+
+    0 with a preload.
+    """
     alpha = or_zero(eqs.alpha)
     force = -or_zero(eqs.beta) * offset
     c = force

@@ -161,7 +161,10 @@ def _solve(scenes: list[Equations]) -> list[TwoScale | SimulationError]:
 
 
 def _at_rest(eqs: Equations, scenes: int) -> tuple[dict[str, Floats], dict[str, Floats], Any]:
-    """Moments and small parameters, orbits, and which scenes are unbounded; for no stop, or one at rest."""
+    """Moments and small parameters, orbits, and which scenes are unbounded.
+
+    For no stop, or one at rest.
+    """
     u, unbounded = _where_the_mass_is(eqs, scenes)
     A = np.exp(u)
     orbits = Orbits(A, eqs)

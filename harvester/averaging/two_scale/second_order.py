@@ -30,7 +30,9 @@ def correction(impact_loss: Floats, stored: Floats, load: Floats) -> Floats:
 
 
 def stated_error(impact_loss: Floats, stored: Floats, friction: Floats) -> Floats:
-    """Relative error left in E[V^2]; ``friction`` is the fraction o of the energy that friction dissipates in a cycle.
+    """Relative error left in E[V^2].
+
+    ``friction`` is the fraction o of the energy that friction dissipates in a cycle.
 
         0.005 + 0.03 i + 0.02 i^2 + 0.01 o^2 + 0.2 q (1 + i) + min(8 (q - 0.22) (i + 0.1), 1)
 
@@ -63,7 +65,9 @@ def stated_error_distant(
     exchange: Floats,
     touching: Floats,
 ) -> Floats:
-    """Relative error that is left in E[V^2] with a stop at a distance; ``touching`` is the probability of an impact.
+    """Relative error that is left in E[V^2] with a stop at a distance.
+
+    ``touching`` is the probability of an impact.
 
     Orbits that meet the stop and free ones have an error each; if both are likely, there is that of
     a voltage which remembers the other kind.  ``load`` and ``exchange`` are the energies that the
@@ -92,7 +96,9 @@ def stated_error_preloaded(
     slowness: Floats,
     pressed: Floats,
 ) -> Floats:
-    """Relative error that is left in E[V^2] with a preload; ``slowness`` is m, the load over a cycle.
+    """Relative error that is left in E[V^2] with a preload.
+
+    ``slowness`` is m, the load over a cycle.
 
     ``pressed`` is the fraction of the energy that the spring holds at the stop.  With a strong
     preload E[V^2] varies as the square of the energy; and a strong coupling with a slow load lifts

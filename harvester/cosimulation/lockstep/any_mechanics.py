@@ -245,7 +245,10 @@ def drifted(s, at, target, f, m):
 
 @inlined
 def take_current(s, p):
-    """Add the charge that passed the coil since the last point; after an event, whose jump it shares, the new i."""
+    """Add the charge that passed the coil since the last point.
+
+    After an event, whose jump it shares, the new i.
+    """
     if s.turned == 1 and s.t <= s.leg_t:
         s.current = p.current
     s.charge += 0.5 * (p.t - s.t) * (s.current + p.current)
@@ -253,7 +256,10 @@ def take_current(s, p):
 
 @inlined
 def reaction_of(s, p):
-    """The port's reaction at a target; for a coil that of its kick, from the mean currents of the last two parts."""
+    """The port's reaction at a target.
+
+    For a coil that of its kick, from the mean currents of the last two parts.
+    """
     if s.coil == 0:
         return s.coupling * p.v
     if s.goal == IMPACT and s.split == 0:

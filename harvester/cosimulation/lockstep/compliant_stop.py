@@ -14,7 +14,10 @@ CHORDS = 16
 
 @inlined
 def target_in_contact(s, target, goal, impacts, c):
-    """Choose (phase, goal) of the next target, if the contact has one before ``target``; set the chord to it."""
+    """Choose (phase, goal) of the next target, if the contact has one before ``target``.
+
+    Set the chord to it.
+    """
     edge = lower_stop(c)
     y = s.x - edge
     v = s.v
@@ -46,7 +49,10 @@ def target_in_contact(s, target, goal, impacts, c):
 
 @inlined
 def arrive_in_contact(s, elapsed, c):
-    """Return the mass's place at a target; set its velocity, and add the contact's loss to the energy balance."""
+    """Return the mass's place at a target.
+
+    Set its velocity, and add the contact's loss to the energy balance.
+    """
     edge = lower_stop(c)
     y = s.x - edge
     if y > 0.0 or (y == 0.0 and s.before >= 0.0):

@@ -148,7 +148,10 @@ class Drive:
         self._begin(smooth)
 
     def _begin(self, smooth: bool) -> None:
-        """Begin the first drift.  Half a kick comes first, as in `trace`; interpreted: not worth a compilation."""
+        """Begin the first drift.  Half a kick comes first, as in `trace`.
+
+        Interpreted: not worth a compilation.
+        """
         state = self.state
         start = self.start
         c = self.coefficients

@@ -87,7 +87,9 @@ def note_stored_energy(s, p, energy):
 
 @dataclass(frozen=True)
 class EnergyLedger:
-    """Mean powers (W) after the burn-in by the destination of the energy; negative if it is a source.
+    """Mean powers (W) after the burn-in by the destination of the energy.
+
+    Negative if it is a source.
 
     ``stored`` is the growth of the energy in mass, Cp and Csmooth.  If the voltage has no force on
     the mass (beta None) the circuit's energy comes from nowhere, and counts as input.

@@ -68,7 +68,9 @@ class ModelDrive:
         return float((s.noise_size + BEYOND) * s.h)
 
     def ledger(self, capacitance: float, linear: bool) -> EnergyLedger:
-        """The energy balance of the finished run; ``input`` is the work of the model against the port's reaction.
+        """The energy balance of the finished run.
+
+        ``input`` is the work of the model against the port's reaction.
 
         ``capacitance`` (F) is that of a piezo, 0 of a coil; ``linear``: the circuit is no more than
         a load resistor.

@@ -62,7 +62,10 @@ def since_impact(s, phase):
 
 @inlined
 def target_as_planned(s, target, goal, impacts, c):
-    """Choose (phase, goal) of the next target, the planned impact if it comes first; set the chord to it."""
+    """Choose (phase, goal) of the next target, the planned impact if it comes first.
+
+    Set the chord to it.
+    """
     if s.flown == 0 and s.meet < target - TINY * s.h:
         if s.meet < s.phase + TINY * s.h:  # at the stop already
             impact(s, impacts, c)
@@ -106,7 +109,10 @@ def impact(s, impacts, c):
 
 @inlined
 def arrive(s, x, impacts, c):
-    """Return the mass's place at a target; make the impact, or set the velocity that a sample or a kick sees."""
+    """Return the mass's place at a target.
+
+    Make the impact, or set the velocity that a sample or a kick sees.
+    """
     if s.goal == IMPACT:
         impact(s, impacts, c)
         return s.x
@@ -116,7 +122,10 @@ def arrive(s, x, impacts, c):
 
 @inlined
 def velocity_at_kick(s):
-    """Velocity at the end of the drift; add the excitation's work since the impact to the energy balance."""
+    """Velocity at the end of the drift.
+
+    Add the excitation's work since the impact to the energy balance.
+    """
     v = velocity_in_flight(s, s.h, 0.5 * s.h)
     if s.flown == 1 and s.measuring == DURING:
         s.noise_work += 0.5 * s.share * (v * v - s.up * s.up)

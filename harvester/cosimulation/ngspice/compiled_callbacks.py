@@ -109,7 +109,10 @@ def source_callback(value, t, node, ident, user):
 
 @c_function(_I4(_F8, types.CPointer(_F8), _F8, _I4, _I4, _I4, _STATE_POINTER))
 def sync_callback(t, delta, old_delta, redo, ident, location, user):
-    """Answer ngspice's GetSyncData: before a step (location 0) set its length; after it (1) accept the step."""
+    """Answer ngspice's GetSyncData: before a step (location 0) set its length.
+
+    After it (1) accept the step.
+    """
     if location == 0:
         s = carray(user, 1)[0]
         step = carray(delta, 1)

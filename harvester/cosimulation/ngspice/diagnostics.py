@@ -64,7 +64,10 @@ def why_stopped(messages: Sequence[str], end: float, duration: float) -> str:
 
 
 def why_given_up(end: float, duration: float, step: float, patience: float) -> str:
-    """Say that a run made no progress in ``patience`` seconds; ``step`` (s) is that of its last accepted points."""
+    """Say that a run made no progress in ``patience`` seconds.
+
+    ``step`` (s) is that of its last accepted points.
+    """
     return (
         f"{_stopped(end, duration)}: it came no further than that in {patience:g} s, with steps of {step:.2g} s; "
         "slow down anything faster than the vibration (oscillating coils, high frequencies), and make switches gradual"

@@ -95,7 +95,10 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         return 0
 
     def _init_ngspice(self, send_data: bool) -> None:
-        """Initialise ngspice as PySpice does, then give it the lock-step's functions; once a process."""
+        """Initialise ngspice as PySpice does, then give it the lock-step's functions.
+
+        Once a process.
+        """
         super()._init_ngspice(send_data)
         self.state = np.zeros(1, STATE)
         pointer = ffi.cast("void *", self.state.ctypes.data)
@@ -244,7 +247,10 @@ class Ngspice(NgSpiceShared):  # type: ignore[misc]
         return float(now["load"]) / covered, float(now["square"]) / covered, covered
 
     def _run(self, deck: Deck, currents: Mapping[str, float], earlier: int) -> None:
-        """Give ngspice the circuit, run it, and make ngspice forget it; inductors begin with ``currents`` (A)."""
+        """Give ngspice the circuit, run it, and make ngspice forget it.
+
+        Inductors begin with ``currents`` (A).
+        """
         api = self._ngspice_shared
         # a deck's option cshunt would hold for all that follow it
         api.ngSpice_Command(b"unset cshunt_value")

@@ -57,7 +57,10 @@ def library_digest() -> str:
 
 
 def _wheel() -> Any:
-    """The package of the wheel, which holds the library and its path; None if it is not installed."""
+    """The package of the wheel, which holds the library and its path.
+
+    None if it is not installed.
+    """
     with suppress(ImportError):
         return importlib.import_module("piezo_harvester_ngspice")
     return None

@@ -87,7 +87,9 @@ def _continued(
     mean_power: Value,
     candidates: tuple[SearchedResponse, ...],
 ) -> tuple[SteadyResponse, ...]:
-    """The responses of ngspice that the ``candidates`` lead to, the most frequent first; that of ``rest`` is known.
+    """The responses of ngspice that the ``candidates`` lead to, the most frequent first.
+
+    That of ``rest`` is known.
 
     One that leads to none which comes back keeps its own mean.  Those that lead to the same share
     their starts.

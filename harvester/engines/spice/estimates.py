@@ -151,7 +151,10 @@ def steady_estimate(
 
 
 def missed(within: float, power: Value) -> Diagnostic | None:
-    """The warning that a power without a target of sampling is not known ``within`` an error; None if it is."""
+    """The warning that a power without a target of sampling is not known ``within`` an error.
+
+    None if it is.
+    """
     error = None if power.unknown or not power.value else power.known_error95 / abs(power.value)
     return (
         None
@@ -163,7 +166,9 @@ def missed(within: float, power: Value) -> Diagnostic | None:
 def motion_details(
     problem: Problem, value: Callable[[str], Value], last: "PeriodicResponse | CircuitPeriod"
 ) -> dict[str, float]:
-    """RMS displacement about its mean and peaks of |x| and |V|, with errors if known; phases to the base in degrees.
+    """RMS displacement about its mean and peaks of |x| and |V|, with errors if known.
+
+    Phases to the base in degrees.
 
     ``value`` gives a quantity of the ``last`` of the responses at steps that are halved.
     """

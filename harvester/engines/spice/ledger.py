@@ -21,7 +21,9 @@ SURE = 4.0
 def ledger_entries(
     ledgers: "list[EnergyLedger]", watts: float, load_bias: float = 0.0
 ) -> dict[str, float]:
-    """The energy balance, the mean of these, in units of ``watts``, with errors; see `energy_ledger`.
+    """The energy balance, the mean of these, in units of ``watts``, with errors.
+
+    See `energy_ledger`.
 
     For several runs each entry has its standard error (by Student's t if they are few).  That of
     the load, which is the mean power, has the error ``load_bias`` (in these units) with it.

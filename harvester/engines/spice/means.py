@@ -34,7 +34,9 @@ TELLING = 4  # runs that tell the bias of the step, by Student's t of three degr
 
 @dataclass(kw_only=True)
 class RunMeans:
-    """Trajectories that ngspice has run; ``paired`` ones also know the cheap model's means on the same noise.
+    """Trajectories that ngspice has run.
+
+    ``paired`` ones also know the cheap model's means on the same noise.
 
     ``coarse`` are the first of ``done`` again, at twice the step; a trajectory of more than one of the ``blocks`` has
     controls.  ``tolerance`` has the relative errors of moments by ngspice's tolerance, once they are measured, and
@@ -100,7 +102,10 @@ class RunMeans:
         return dataclasses.replace(estimate, value=self._with_tolerance(estimate.value, name))
 
     def _step_bias(self, name: str, mean: float) -> float | None:
-        """The step bias of a mean, by the cheap model or by runs at twice the step; None if neither gives it."""
+        """The step bias of a mean, by the cheap model or by runs at twice the step.
+
+        None if neither gives it.
+        """
         if (relative := self.setup.relative_bias(name)) is not None:
             return abs(relative * mean)
         if not self.followed:

@@ -56,7 +56,9 @@ def watch_of(problem: Problem, probe: str | Sequence[str], ledger: bool) -> Watc
 def with_probes(
     answer: Estimate, problem: Problem, watch: Watch, columns: list[list[Value]], window: float
 ) -> Estimate:
-    """An answer with the probes' results; ``columns`` has mean, mean square, least and largest of each, in SI units.
+    """An answer with the probes' results.
+
+    ``columns`` has mean, mean square, least and largest of each, in SI units.
 
     ``window`` is the time that they cover, in the scene's unit.
     """

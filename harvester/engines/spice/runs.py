@@ -131,7 +131,10 @@ class Runs(RunMeans):
     def _run_coarse(
         self, seeds: list[np.random.SeedSequence], starts: "list[Start] | None"
     ) -> None:
-        """The same runs at twice the step, same noise, if no cheap model gives the bias; for probes, a few runs."""
+        """The same runs at twice the step, same noise, if no cheap model gives the bias.
+
+        For probes, a few runs.
+        """
         from harvester.cosimulation import runs as worker
 
         setup = self.setup

@@ -251,7 +251,10 @@ def _difference(
     settling: float,
     options: MonteCarloOptions,
 ) -> dict[str, float]:
-    """The difference of the compiled circuit from ngspice on the same motion, if runs may be short; else none."""
+    """The difference of the compiled circuit from ngspice on the same motion, if runs may be short.
+
+    Else none.
+    """
     if starts is None:
         return {}
     enough = NEAR * (number(options.within) or LOOSE)

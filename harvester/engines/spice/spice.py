@@ -230,7 +230,10 @@ class Spice(MonteCarloOptions, Engine):
         begin: float,
         progress: Progress | None,
     ) -> Estimate:
-        """The answer of sampled runs, or the known part if their time is over; it was begun at ``begin``."""
+        """The answer of sampled runs, or the known part if their time is over.
+
+        It was begun at ``begin``.
+        """
         from harvester.mechanics.kernels.compiled import machine_code
 
         searched = time.perf_counter() - begin
@@ -253,7 +256,10 @@ class Spice(MonteCarloOptions, Engine):
         exists: MomentExistence,
         progress: Progress | None,
     ) -> tuple[Runs, list[Diagnostic | None]]:
-        """The runs of an answer, and the report of their target; again with a shunt if any does not converge."""
+        """The runs of an answer, and the report of their target.
+
+        Again with a shunt if any does not converge.
+        """
         begin = time.monotonic()
 
         def tried(shunt: float, is_last: bool) -> tuple[Runs, list[Diagnostic | None]]:

@@ -1,4 +1,6 @@
-"""Engine `spice` under a steady excitation: one periodic response, at several steps and tolerances; nothing is sampled.
+"""Engine `spice` under a steady excitation: one periodic response, at several steps and tolerances.
+
+Nothing is sampled.
 
 The response is found once, from rest or from a neighbouring one, and followed to steps of a half
 and a quarter and to a tenth of ngspice's tolerance (`harvester.engines.refinement`); ngspice
@@ -76,7 +78,9 @@ class Steady(Refinement["PeriodicResponse"]):
         return self.first.reltol * TENTH**tenths > TIGHTEST
 
     def begin(self, near: "Neighbour | None", origin: "Origin | None" = None) -> bool:
-        """Find the response from ``origin`` (None: rest), or the one that ``near`` leads to; whether one comes back.
+        """Find the response from ``origin`` (None: rest), or the one that ``near`` leads to.
+
+        Whether one comes back.
 
         Raises OutOfTimeError at the deadline.
         """
@@ -157,7 +161,10 @@ class Steady(Refinement["PeriodicResponse"]):
         )
 
     def reusable(self) -> tuple[float, int] | None:
-        """The value of a neighbour for the relative tolerance error; None if it must measure that."""
+        """The value of a neighbour for the relative tolerance error.
+
+        None if it must measure that.
+        """
         if self.unknown or self.tenths or self.first.probes:
             return None
         if self.reused is not None:
@@ -168,7 +175,10 @@ class Steady(Refinement["PeriodicResponse"]):
         return (least, 1) if of_power.tolerance < 0.5 * least * abs(value) else None
 
     def value(self, name: str) -> Value:
-        """A quantity of `errors` with its total error; as it was last found and without, if that is not known."""
+        """A quantity of `errors` with its total error.
+
+        As it was last found and without, if that is not known.
+        """
         if self.unknown:
             return Value(float(getattr(self.last, name)), unknown=STEP_AND_TOLERANCE)
         value, error = self.errors(name)

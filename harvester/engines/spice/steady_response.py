@@ -79,7 +79,9 @@ def steady_response(
 
 
 def _precise(steady: Steady, near: "Neighbour | None", progress: Progress | None) -> Steady | None:
-    """The response made precise; if ngspice does not converge, with a capacitance from each node to ground.
+    """The response made precise.
+
+    If ngspice does not converge, with a capacitance from each node to ground.
 
     The package's own netlists need none: their diodes have capacitances.  If a circuit needs more
     than all that are tried, it is the first response that was found; None if none was.
@@ -114,7 +116,10 @@ def to_be_found(
 
 
 def steps_in_period(eqs: Equations, dt: float | None) -> tuple[float, int]:
-    """The longest step, and how often it may be halved; twice down to a ``dt`` that is given (nondimensional)."""
+    """The longest step, and how often it may be halved.
+
+    Twice down to a ``dt`` that is given (nondimensional).
+    """
     from harvester.mechanics.kernels.step_size import STEP, typical_frequency, whole_steps
 
     period = eqs.shaking_period

@@ -59,7 +59,9 @@ class Posix:
         return os.open(path, os.O_RDONLY)
 
     def lock(self, file: int) -> bool:
-        """Lock an open file until it is closed, by flock, which ends with the process; False if another one has it.
+        """Lock an open file until it is closed, by flock, which ends with the process.
+
+        False if another one has it.
 
         Raises OSError if files cannot be locked.
         """
@@ -130,7 +132,10 @@ class Linux(Posix):
     """The additions of Linux: limits of the address space, /proc, and a list of installed libraries."""
 
     def address_space(self) -> int | None:
-        """The bytes of memory that this process may address, by `ulimit -v`; None without a limit."""
+        """The bytes of memory that this process may address, by `ulimit -v`.
+
+        None without a limit.
+        """
         room = resource.getrlimit(resource.RLIMIT_AS)[0]
         return None if room == resource.RLIM_INFINITY else room
 
@@ -143,7 +148,9 @@ class Linux(Posix):
         return ""
 
     def library(self, name: str) -> str | None:
-        """The name by which an installed library loads, from the linker's list; None if it is not found.
+        """The name by which an installed library loads, from the linker's list.
+
+        None if it is not found.
 
         Raises OSError if the system starts no process, which Python's search treats as a missing
         library.

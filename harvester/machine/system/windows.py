@@ -1,4 +1,7 @@
-"""The ways of Windows: type-checked, and tested against replacements of its calls; untested on Windows itself."""
+"""The ways of Windows: type-checked, and tested against replacements of its calls.
+
+Untested on Windows itself.
+"""
 
 import sys
 

@@ -69,7 +69,10 @@ def check_pace(trajectories: Trajectories, budget: float | None) -> None:
 def exceeds(
     trajectories: Trajectories, length: float, budget: float | None, begin: float
 ) -> tuple[bool, float, float]:
-    """Whether a ``length`` more exceeds the budget, or `MOST_STEPS`; all steps, and their seconds."""
+    """Whether a ``length`` more exceeds the budget, or `MOST_STEPS`.
+
+    All steps, and their seconds.
+    """
     weight = COMPLIANT if trajectories.eqs.stop_stiffness is not None else 1.0
     weight = max(weight, OWN_KERNEL if trajectories.loaded.is_dear else 1.0)
     made = weight * trajectories.steps

@@ -263,7 +263,10 @@ def _check_growth(trajectories: Trajectories, energy: float, first: float) -> No
 def _rare_hops(
     trajectories: Trajectories, now: Moments, length: float, same: bool, load: float
 ) -> Hopping | None:
-    """The transitions between unlike wells, if they are few and all else is forgotten; None elsewhere."""
+    """The transitions between unlike wells, if they are few and all else is forgotten.
+
+    None elsewhere.
+    """
     eqs = trajectories.eqs
     if not (eqs.has_unlike_wells and eqs.is_shaken and eqs.is_random):
         return None
@@ -275,7 +278,10 @@ def _rare_hops(
 def _all_but_hops(
     trajectories: Trajectories, now: Moments, length: float, same: bool, load: float, hops: Hopping
 ) -> bool:
-    """Whether all but inter-well transitions is forgotten; ``same``: the means are no longer seen to change."""
+    """Whether all but inter-well transitions is forgotten.
+
+    ``same``: the means are no longer seen to change.
+    """
     within = CORRELATION_TIMES * memory(trajectories, now, length, hops)
     return trajectories.time >= max(load, within if same else DRIFTING * within)
 

@@ -168,7 +168,10 @@ def _means(moments: Moments, spread: Floats) -> Floats:
 
 
 def _turns(sections: Floats) -> Indices:
-    """After how many periods each trajectory comes back, 0 for never; ``sections``, shape (periods, 2, count)."""
+    """After how many periods each trajectory comes back, 0 for never.
+
+    ``sections``, shape (periods, 2, count).
+    """
     turns_of_each = np.zeros(sections.shape[2], dtype=np.intp)
     for turns in range(MULTIPLES, 0, -1):
         away = np.abs(sections[turns:] - sections[:-turns]).max(axis=(0, 1))

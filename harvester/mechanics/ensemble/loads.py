@@ -132,7 +132,10 @@ class Loaded(Protocol):
         """Energy in storage that no moment shows, by trajectories, in the unit of `Moments.load` times time."""
 
     def check(self, own_sums: Floats, state: Floats) -> None:
-        """Raise CircuitError if too many circuit steps failed; ``own_sums`` are those of the load alone."""
+        """Raise CircuitError if too many circuit steps failed.
+
+        ``own_sums`` are those of the load alone.
+        """
 
 
 class WithResistor:

@@ -39,7 +39,9 @@ _RESCALED = 0.4  # time units, about, between two rescalings
 
 @kernel
 def grow(b, logs, pushes, rounds, draws, coarse, h, c):  # type: ignore[no-untyped-def]
-    """Advance a batch and rescale it after each of ``rounds``; add the logs of the scales to ``logs``.
+    """Advance a batch and rescale it after each of ``rounds``.
+
+    Add the logs of the scales to ``logs``.
 
     b, h and c are as of `harvester.mechanics.kernels.trajectory_batch.advance`.  ``pushes``, shape
     (3, BATCH), gets sums of mean zero, of g |x| sqrt(2 N2 h) xi over the square of the size, for g

@@ -49,7 +49,10 @@ class OwnCircuit(Protocol):
         """Energy in storage in states, shape (blocks, rows, BATCH), in the unit of mu U^2 t: shape (blocks BATCH,)."""
 
     def check_sums(self, sums: Floats, state: Floats) -> None:
-        """Raise an error if too many circuit steps failed; ``sums`` are those that are of it alone."""
+        """Raise an error if too many circuit steps failed.
+
+        ``sums`` are those that are of it alone.
+        """
 
     def trace(
         self,

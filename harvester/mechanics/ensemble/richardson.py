@@ -122,7 +122,10 @@ class RichardsonPair:
             self.stop_coarse()
 
     def extend(self, duration: float) -> None:
-        """Go on for a further ``duration``; on records of tabulated noise for about that, as long as at first each."""
+        """Go on for a further ``duration``.
+
+        On records of tabulated noise for about that, as long as at first each.
+        """
         if self.trajectories.together == 1:
             return self._extend(duration)
         whole = self.duration / len(self.moments.V2) * self.trajectories.count
@@ -340,7 +343,9 @@ class RichardsonPair:
         return bias / size, error / size
 
     def extrapolated(self, name: str) -> tuple[float, float]:
-        """Mean of one moment at a step of 0, and its standard error; over the time that all steps ran.
+        """Mean of one moment at a step of 0, and its standard error.
+
+        Over the time that all steps ran.
 
         If twice the step is unstable, the mean at the step h.
         """

@@ -184,7 +184,10 @@ class Trajectories:
         self.loaded = loaded(self.eqs, circuit)
 
     def _begin_shaking(self) -> None:
-        """Make the filters of excitation other than white noise; all share a record that is not drawn at random."""
+        """Make the filters of excitation other than white noise.
+
+        All share a record that is not drawn at random.
+        """
         coarse = self.doublings > 0
         grid = 0.5 * self.h if coarse else self.h
         known = filter_of(self.eqs, self.h, coarse)

@@ -97,7 +97,10 @@ def path_controls(
 
 
 def interleaved(martingales: Floats, change: Floats) -> Floats:
-    """Columns of both kinds in turn, in the order of their worth: shape (18, n) of two of (9, n); further ones last."""
+    """Columns of both kinds in turn, in the order of their worth: shape (18, n) of two of (9, n).
+
+    Further ones last.
+    """
     both = len(change)
     in_turn = np.stack([martingales[:both], change], axis=1).reshape(2 * both, -1)
     return np.vstack([in_turn, martingales[both:]])

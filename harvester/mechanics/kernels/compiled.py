@@ -112,7 +112,10 @@ def _cache_folder() -> str | None:
 
 
 def machine_code() -> int:
-    """How many files the cache holds for these sources, which are more after a compilation; 0 without a cache."""
+    """How many files the cache holds for these sources, which are more after a compilation.
+
+    0 without a cache.
+    """
     return sum(
         name.endswith(".nbc")
         for *_, names in os.walk(_cache_folder() or os.devnull)

@@ -29,7 +29,10 @@ MARTINGALES = 9
 
 @forced
 def energy(x, v, c):
-    """Energy v^2/2 + linear x^2/2 + alpha2 x^3/3 + alpha x^4/4, of the terms present; linear None is 1."""
+    """Energy v^2/2 + linear x^2/2 + alpha2 x^3/3 + alpha x^4/4, of the terms present.
+
+    Linear None is 1.
+    """
     double = x * x
     if c.linear is not None:
         double *= c.linear
@@ -44,7 +47,9 @@ def energy(x, v, c):
 
 @forced
 def add_martingales(i, before, sums, controls, c):
-    """Add the noise of two steps of lane i to its martingales; rows of V stay zero if it has no load.
+    """Add the noise of two steps of lane i to its martingales.
+
+    Rows of V stay zero if it has no load.
 
     before: states x, v, V ahead of both, shape (3, BATCH).  sums: over both of v sqrt(N) xi, with
     the v just before each kick, and of sqrt(N) xi, shape (2, BATCH).  g is v {1, sqrt E, E, E^2, x,

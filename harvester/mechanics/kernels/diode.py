@@ -48,7 +48,10 @@ def _number(_context: Any, bits: Any) -> Any:
 
 @forced
 def exponential(z):
-    """The exponential exp(z) to 1e-13 for z from -700 to 700; outside, the value at the end of that range."""
+    """The exponential exp(z) to 1e-13 for z from -700 to 700.
+
+    Outside, the value at the end of that range.
+    """
     z = min(max(z, -700.0), 700.0)
     k = np.int32(z * _LOG2E + 1100.5) - np.int32(1100)  # rounded: the argument is positive
     r = (z - k * _LN2_HIGH) - k * _LN2_LOW

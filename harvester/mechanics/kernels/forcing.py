@@ -62,7 +62,9 @@ def coarse_forcing(
 def forcing(
     eqs: Equations, h: float, steps: int, rng: np.random.Generator | None = None, gain: float = 1.0
 ) -> Floats | None:
-    """Accelerations other than white noise at the times 0, h, ..., steps h, shape (steps + 1,); None if there are none.
+    """Accelerations other than white noise at the times 0, h, ..., steps h, shape (steps + 1,).
+
+    None if there are none.
 
     ``rng`` draws the phase, the place in the record, or the noise; without it both are the first.
     Coloured noise is multiplied by ``gain``.

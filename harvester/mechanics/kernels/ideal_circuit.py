@@ -160,7 +160,10 @@ def flown_back(w, U, coil, kappa, n, leak):
 
 @inlined
 def switched(V, U, s, circuit):
-    """The voltages (V, U) after the switch has acted on the side s of the piezo; as before, if that is too low."""
+    """The voltages (V, U) after the switch has acted on the side s of the piezo.
+
+    As before, if that is too low.
+    """
     w = s * V
     kappa = circuit.kappa
     n = circuit.n

@@ -49,7 +49,10 @@ EXACT = Update()
 
 
 class Interval(NamedTuple):
-    """The first ``t`` of the drift of a step h, with the numbers e and g above; the rest as of `Update`."""
+    """The first ``t`` of the drift of a step h, with the numbers e and g above.
+
+    The rest as of `Update`.
+    """
 
     h: float
     t: float

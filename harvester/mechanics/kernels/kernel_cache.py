@@ -32,7 +32,10 @@ class KeptFiles(numba_caching.IndexDataCacheFile):
         self._turns: dict[Any, IO[bytes] | None] = {}
 
     def load(self, key: Any) -> Any:
-        """The machine code of a key; None if this process must compile it, and no other does so meanwhile."""
+        """The machine code of a key.
+
+        None if this process must compile it, and no other does so meanwhile.
+        """
         path = self._file(key)
         code = _read(path)
         if code is None and path not in self._turns:

@@ -23,7 +23,9 @@ FEWEST = 30  # samples of a trajectory that is long enough to grow
 
 @dataclass(frozen=True)
 class Moments:
-    """Time averages of the motion, one entry a trajectory or batch, shape (n,) each; nondimensional.
+    """Time averages of the motion, one entry a trajectory or batch, shape (n,) each.
+
+    Nondimensional.
 
     V, V2, x, x2 and xV are means of the values at the kick and in mid-drift, whose errors of order
     h^2 have opposite signs.
@@ -184,7 +186,9 @@ def from_path(
     batches: int = 1,
     circuit: IdealCircuit | None = None,
 ) -> Moments:
-    """Moments of a path after the time ``discard``, cut into ``batches`` equal parts; for rigid stops only.
+    """Moments of a path after the time ``discard``, cut into ``batches`` equal parts.
+
+    For rigid stops only.
 
     The load's power is that of a resistance, or of the ``circuit`` that the trajectory was made
     with.

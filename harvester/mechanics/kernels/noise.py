@@ -29,7 +29,10 @@ def child(seed: np.random.SeedSequence, *keys: int) -> np.random.SeedSequence:
 
 
 def gaussian_grid(seed: np.random.SeedSequence, steps: int) -> Floats:
-    """Standard normal variates, one for each of ``steps`` kicks; the same seed, the same trajectory."""
+    """Standard normal variates, one for each of ``steps`` kicks.
+
+    The same seed, the same trajectory.
+    """
     return np.random.default_rng(seed).standard_normal(steps)
 
 

@@ -30,7 +30,10 @@ from harvester.mechanics.kernels.equation_of_motion import (
 
 
 def loss_unit(c: Coefficients) -> float:
-    """The unit of sums of impact losses: (1 - r^2)/2 at rest, of v-^2; the mass at a lone rigid stop; else 1."""
+    """The unit of sums of impact losses: (1 - r^2)/2 at rest, of v-^2.
+
+    The mass at a lone rigid stop; else 1.
+    """
     if c.r is None or c.high is not None:
         return 1.0
     return 0.5 * (1.0 - c.r**2) if c.gap is None else 1.0 + (c.inertia or 0.0) * c.gap**2
@@ -38,7 +41,10 @@ def loss_unit(c: Coefficients) -> float:
 
 @forced
 def move(s, d, c, a=None):
-    """Drift, whatever the stops: the state, and the `Impacts`; ``a`` is the excitation's mean over the step."""
+    """Drift, whatever the stops: the state, and the `Impacts`.
+
+    ``a`` is the excitation's mean over the step.
+    """
     if c.gap is None:
         s1, speed = drift_at_stop(s, d, c, c.r, None, a)
         if c.r is None:
@@ -72,7 +78,10 @@ def lower_stop(c):
 
 @forced
 def wall_of(side, c):
-    """The place of a stop: the opposite one if ``side``, as the speed of `Impacts`, is below 0; else the lower."""
+    """The place of a stop: the opposite one if ``side``, as the speed of `Impacts`, is below 0.
+
+    Else the lower.
+    """
     if c.high is not None and side < 0.0:
         return c.high
     return lower_stop(c)

@@ -65,7 +65,10 @@ class Path:
 
 @inlined
 def between_kicks(shaking, k):
-    """The excitation's acceleration: its mean over the drift before kick k, and at that kick; None if there is none."""
+    """The excitation's acceleration: its mean over the drift before kick k, and at that kick.
+
+    None if there is none.
+    """
     if shaking is None:
         return None, None
     return 0.5 * (shaking[max(k - 1, 0)] + shaking[k]), shaking[k]

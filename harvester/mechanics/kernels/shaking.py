@@ -52,7 +52,10 @@ def deviation(eqs: Equations, h: float) -> float:
 
 
 def samples_of(eqs: Equations, h: float, rng: np.random.Generator) -> Floats | None:
-    """Accelerations of a record, or of one drawn from a density, at all steps h of a period; None without."""
+    """Accelerations of a record, or of one drawn from a density, at all steps h of a period.
+
+    None without.
+    """
     if eqs.density is not None:
         return drawn_record(eqs, h, rng).values
     return None if eqs.record is None else eqs.record.at_even_times(round(eqs.record.period / h))

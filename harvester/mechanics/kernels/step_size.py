@@ -19,7 +19,10 @@ FASTEST_CHATTER = 500.0  # a frequency; no step is made shorter for bounces that
 
 
 def shorter_step(h: float, frequency: float) -> float | None:
-    """The step to begin again with where h is too long for a response of that frequency; None if h supports."""
+    """The step to begin again with where h is too long for a response of that frequency.
+
+    None if h supports.
+    """
     return None if h * frequency < TOLERATED * STEP else STEP / frequency
 
 

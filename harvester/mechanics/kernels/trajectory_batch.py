@@ -67,7 +67,9 @@ IDEAL_SUMS = (*SUMS, "load")
 
 
 class Batch(NamedTuple):
-    """The arrays that a kernel changes: states after a kick, words of generators, sums; shapes (rows, BATCH), (BATCH,).
+    """The arrays that a kernel changes: states after a kick, words of generators, sums.
+
+    Shapes (rows, BATCH), (BATCH,).
 
     The rows of ``state`` are y, v and V, and U and m of an ideal circuit, or U of another.
     ``controls``, shape (`martingales`, BATCH), are those of

@@ -52,7 +52,10 @@ def may_be_wide() -> bool:
 
 @cache
 def width() -> int:
-    """The bits of a vector in this process: as kept with the kernels, else as measured; 256 if neither is possible."""
+    """The bits of a vector in this process: as kept with the kernels, else as measured.
+
+    256 if neither is possible.
+    """
     cached = folders.cache_folder() if may_be_wide() else None
     if cached is None:
         return 256

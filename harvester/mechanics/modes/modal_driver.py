@@ -175,7 +175,10 @@ class ModalMotion:
         self.mobility = eqs.modes.mobility
 
     def order(self, first: int) -> list[int]:
-        """The rows of a block's state in the order of the kernels, y, v and V; those of y_2 begin at the ``first``."""
+        """The rows of a block's state in the order of the kernels, y, v and V.
+
+        Those of y_2 begin at the ``first``.
+        """
         n = self.count
         return [0, *range(first, first + n - 1), 1, *range(first + n - 1, first + 2 * n - 2), 2]
 

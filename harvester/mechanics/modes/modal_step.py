@@ -88,7 +88,10 @@ def modal_coefficients(eqs: Equations, modes: Modes) -> ModalCoefficients:
 
 @forced
 def dot(direction, z, first, i):
-    """The sum of a direction's components times rows of lane i from the ``first`` on; without one the first row."""
+    """The sum of a direction's components times rows of lane i from the ``first`` on.
+
+    Without one the first row.
+    """
     if direction is None:
         return z[first * BATCH + i]
     total = 0.0
@@ -167,7 +170,10 @@ def drift_modes(i, z, d, c, a):
 
 @forced
 def kick_modes(i, z, xi, h, c, a):
-    """Kick lane i for a time h at fixed y and V: the power that the excitation a puts in, times h; 0 without."""
+    """Kick lane i for a time h at fixed y and V: the power that the excitation a puts in, times h.
+
+    0 without.
+    """
     speeds = len(c.k) * BATCH + i
     voltage = 2 * len(c.k) * BATCH + i
     x = dot(c.e, z, 0, i)

@@ -48,7 +48,10 @@ class _Sentence(Formatter):
     """Puts numbers into a text."""
 
     def convert_field(self, value: Any, conversion: Any) -> Any:
-        """A time (s) for ``!t``, such as 20 ms or 4 min 3 s, and a percentage for ``!p``; other conversions as always."""
+        """A time (s) for ``!t``, such as 20 ms or 4 min 3 s, and a percentage for ``!p``.
+
+        Other conversions as always.
+        """
         if conversion == "t":
             return duration(value)
         return in_percent(value) if conversion == "p" else super().convert_field(value, conversion)

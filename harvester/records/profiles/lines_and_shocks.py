@@ -170,7 +170,10 @@ def machine(frequency: float, harmonics: Sequence[float], level: float) -> Recor
 
 
 def walking(frequency: float | None, level: float) -> Record:
-    """One step of a walker at ``frequency`` steps per second; InputError outside of `STEP_RATES`."""
+    """One step of a walker at ``frequency`` steps per second.
+
+    InputError outside of `STEP_RATES`.
+    """
     rate = STEP_RATE if frequency is None else frequency
     if not STEP_RATES[0] <= rate <= STEP_RATES[1]:
         must = f"be between {STEP_RATES[0]} and {STEP_RATES[1]} Hz, the steps per second that its source covers"
@@ -180,7 +183,10 @@ def walking(frequency: float | None, level: float) -> Record:
 
 
 def _angles(lines: int) -> Floats:
-    """The angles of the lines at the samples of a period, shape (samples, lines); no line is at half the rate."""
+    """The angles of the lines at the samples of a period, shape (samples, lines).
+
+    No line is at half the rate.
+    """
     samples = max(16, 2 * lines + 2)
     return np.asarray(
         2.0 * math.pi / samples * np.outer(np.arange(samples), np.arange(1, lines + 1)), float

@@ -27,7 +27,9 @@ class Afterwards(NamedTuple):
 
 
 def afterwards(t: Floats, u: Floats, level: float) -> Afterwards:
-    """The share of a path u(t), shape (n,) both, above a level after its first passage; straight between its points.
+    """The share of a path u(t), shape (n,) both, above a level after its first passage.
+
+    Straight between its points.
 
     If it rises again in the second half of that time, the share is that of whole cycles, from the
     first rise to the last one, a ratio of two means; its error is that of the ratio over the

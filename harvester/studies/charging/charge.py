@@ -217,7 +217,10 @@ def _answer(
     reason: Diagnostic | None,
     by_default: bool,
 ) -> ChargingResult:
-    """The answer in the scene's units; arguments as of `ChargingResult`, ``by_default``: nobody chose the duration."""
+    """The answer in the scene's units.
+
+    Arguments as of `ChargingResult`, ``by_default``: nobody chose the duration.
+    """
     clock = problem.scales.frequency / problem.units.frequency
     levels = [_level(problem, passages, k, probe) for k in range(len(passages.levels))]
     curves = passages.curves / problem.in_circuit(probe.unit)

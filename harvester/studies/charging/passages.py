@@ -83,7 +83,9 @@ class Passages:
         return float(np.isfinite(self.times[:, -1]).mean())
 
     def reached_between(self) -> tuple[float, float]:
-        """The 95 % interval of the fraction that reaches the target; for a deterministic run, itself.
+        """The 95 % interval of the fraction that reaches the target.
+
+        For a deterministic run, itself.
 
         Runs on one record are alike: all are worth as many independent ones as the spread of the
         records' shares, less for the uncertainty of that spread (Korn and Graubard, Survey
@@ -179,7 +181,10 @@ class Passages:
         )
 
     def quantile(self, share: float, level: int = -1) -> float | None:
-        """The time by which that fraction of the runs has reached a level; None if it is after the end."""
+        """The time by which that fraction of the runs has reached a level.
+
+        None if it is after the end.
+        """
         ordered = np.sort(self.times[:, level])
         position = share * (len(ordered) - 1)
         low, high = float(ordered[math.floor(position)]), float(ordered[math.ceil(position)])

@@ -49,7 +49,10 @@ def choose_engine(
 
 
 def _refusal(problem: Problem, probe: Probe, engine: str) -> Diagnostic | None:
-    """Why an engine of trajectories side by side cannot charge a scene that it supports otherwise; None if it can."""
+    """Why an engine of trajectories side by side cannot charge a scene that it supports otherwise.
+
+    None if it can.
+    """
     if probe.name != STORE:
         return refusal("store_alone", engine=engine, probe=probe.name)
     if problem.equations.shaking_period is not None:
@@ -105,7 +108,10 @@ def check_anywhere(anywhere: bool, problem: Problem) -> None:
 
 
 def time_watched(duration: str | float | None, problem: Problem, slow: bool) -> tuple[float, bool]:
-    """How long runs are watched at most, in the scene's unit, and whether that was asked for; ``slow``: by `Slow`."""
+    """How long runs are watched at most, in the scene's unit, and whether that was asked for.
+
+    ``slow``: by `Slow`.
+    """
     unit = problem.units.frequency
     least = 1.0
     longest = math.inf if slow else LONGEST

@@ -173,7 +173,10 @@ def evaluate(
 
 
 def _of_chip(supply: Supply, table: AnyCurrent, needed: float, power: float) -> float:
-    """The error (W) of a power by the voltages that were measured, and by a chip's efficiencies; 0 without a chip."""
+    """The error (W) of a power by the voltages that were measured, and by a chip's efficiencies.
+
+    0 without a chip.
+    """
     if supply.chip is None:
         return 0.0
     worse = replace(supply, chip=supply.chip.worse())

@@ -219,7 +219,10 @@ def _nominal(
     seed: int,
     progress: Progress,
 ) -> tuple[dict[str, tuple[Candidate, Given]], list[Diagnostic]]:
-    """The answer of each circuit for the scene itself, and those left out; InputError if none gives anything."""
+    """The answer of each circuit for the scene itself, and those left out.
+
+    InputError if none gives anything.
+    """
     candidates = dict[str, tuple[Candidate, Given]]()
     left_out = list[Diagnostic]()
 

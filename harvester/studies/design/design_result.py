@@ -129,7 +129,10 @@ class DesignResult(TableResult):
 
     @property
     def share_of_possible(self) -> float | None:
-        """The available power over the upper bound for any device of this mass; None without a bound."""
+        """The available power over the upper bound for any device of this mass.
+
+        None without a bound.
+        """
         return None if self.bound is None else self.available.value / self.bound.value
 
     @property

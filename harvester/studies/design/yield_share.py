@@ -40,7 +40,9 @@ def share_met(
     seed: int,
     progress: ProgressCallback,
 ) -> ShareInterval:
-    """Fraction of devices of the ``spreads`` that meet the requirement ``needed``; one without an answer does not.
+    """Fraction of devices of the ``spreads`` that meet the requirement ``needed``.
+
+    One without an answer does not.
 
     Raises TooLittleTimeError if a budget ends before all devices have an answer.
     """

@@ -224,7 +224,10 @@ def _by_passages(problem: Problem, span: float) -> Extremes:
 
 
 def extremes_both_ways(scene: AnyScene, lifetime: float | str, seed: int = 0) -> list[Extremes]:
-    """The largest values by Rice's formula, if it holds, and counted on a trajectory; else as `extremes`."""
+    """The largest values by Rice's formula, if it holds, and counted on a trajectory.
+
+    Else as `extremes`.
+    """
     result = extremes(scene, lifetime=lifetime, seed=seed)
     if not has(result.diagnostics, "by_rice"):
         return [result]
@@ -248,7 +251,10 @@ def has_lifetime(problem: Problem) -> bool:
 
 
 def read_lifetime(lifetime: float | str, problem: Problem) -> float:
-    """A lifetime of `SHORTEST` cycles or more, in seconds or in 1/w0; raises InputError for another."""
+    """A lifetime of `SHORTEST` cycles or more, in seconds or in 1/w0.
+
+    Raises InputError for another.
+    """
     span = reading("`lifetime`", time, lifetime) if isinstance(lifetime, str) else float(lifetime)
     if not 0.0 < span < LONGEST:
         must = f"be a time above 0 and below {LONGEST:g} (s, or 1/w0), such as '5 years'"

@@ -63,7 +63,9 @@ class RareTail:
 
 
 def rare(maxima: Floats, seed: int = 0) -> RareTail | None:
-    """The tail of blocks of which many have 0, by maximum likelihood; None if fewer than `FEW` have another.
+    """The tail of blocks of which many have 0, by maximum likelihood.
+
+    None if fewer than `FEW` have another.
 
     The threshold is the median without zeros.  For a size the likeliest rate is (blocks beyond the
     threshold)/(sum of exp(-y/size) over all), with y = 0 below it.
@@ -175,7 +177,10 @@ def is_sinusoidal(problem: Problem) -> bool:
 
 
 def strain_factor(problem: Problem) -> float | None:
-    """The largest strain of the piezo over the displacement, in 1/m; None if the scene does not have it."""
+    """The largest strain of the piezo over the displacement, in 1/m.
+
+    None if the scene does not have it.
+    """
     return None if problem.scene.piezo is None else problem.scene.piezo.strain_per_displacement
 
 

@@ -73,7 +73,10 @@ def _state(trajectories: "Trajectories") -> State:
 def _trajectories(
     problem: Problem, circuit: "IdealCircuit | OwnCircuit | None", seed: int, state: State | None
 ) -> "Trajectories":
-    """Trajectories at rest (None), or of a state from a file; ValueError and such for another content."""
+    """Trajectories at rest (None), or of a state from a file.
+
+    ValueError and such for another content.
+    """
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
     eqs = problem.equations

@@ -114,12 +114,17 @@ class FrequencyResponse(TableResult):
         return max(self.sweep(direction), key=lambda p: p.mean_power.value)
 
     def bandwidth(self, direction: str) -> float | None:
-        """The half-power bandwidth, between the `edges`; None if one of them is beyond the sweep."""
+        """The half-power bandwidth, between the `edges`.
+
+        None if one of them is beyond the sweep.
+        """
         edges = self.edges(direction)
         return None if edges is None else edges[1] - edges[0]
 
     def edges(self, direction: str) -> tuple[float, float] | None:
-        """The frequencies to either side of the peak at which the power is half of it; None if one is beyond the sweep.
+        """The frequencies to either side of the peak at which the power is half of it.
+
+        None if one is beyond the sweep.
 
         Linear between the frequencies of the sweep, whose spacing is the resolution.
         """
@@ -140,7 +145,10 @@ class FrequencyResponse(TableResult):
 
     @property
     def hysteresis(self) -> list[float]:
-        """Frequencies at which up and down differ in E[v^2] by more than 1 % and their errors; empty without both."""
+        """Frequencies at which up and down differ in E[v^2] by more than 1 % and their errors.
+
+        Empty without both.
+        """
         frequencies = list[float]()
         if not {"up", "down"} <= set(self.directions):
             return frequencies
@@ -157,7 +165,10 @@ class FrequencyResponse(TableResult):
     def plot(
         self, title: str | None = "", per_g: bool = False, ax: "Axes | None" = None
     ) -> "Figure":
-        """Draw power, voltage, displacement and phases against the frequency; ``per_g``: over the base's amplitude."""
+        """Draw power, voltage, displacement and phases against the frequency.
+
+        ``per_g``: over the base's amplitude.
+        """
         return drawing.draw(self, title, ax, per_g=per_g)
 
     @property

@@ -50,7 +50,10 @@ class HarmonicDrive:
 
     @property
     def level(self) -> float | None:
-        """The amplitude of the base's acceleration in g; None for a nondimensional scene, and for one of 0."""
+        """The amplitude of the base's acceleration in g.
+
+        None for a nondimensional scene, and for one of 0.
+        """
         excitation = self.problem.scene.excitation
         if excitation is None or not excitation.acceleration_amplitude:
             return None

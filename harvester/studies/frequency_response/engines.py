@@ -40,7 +40,10 @@ def engines_of(
 
 
 def _responding(choice: Named, seed: int, budget: float | None) -> Engine:
-    """The engine that is named, with the seed, and the time of a point by ngspice; refusals as of `engines_of`."""
+    """The engine that is named, with the seed, and the time of a point by ngspice.
+
+    Refusals as of `engines_of`.
+    """
     engine = selection.engine(choice)
     if not engine.has_frequency_response:
         known = ", ".join(
@@ -58,7 +61,10 @@ def _responding(choice: Named, seed: int, budget: float | None) -> Engine:
 
 
 def _ignored(engine: Engine) -> str:
-    """Why an engine's options are refused: those that are given and that a response does not use; empty without."""
+    """Why an engine's options are refused: those that are given and that a response does not use.
+
+    Empty without.
+    """
     fields = dataclasses.fields(engine)  # type: ignore[arg-type]
     given = [field.name for field in fields if getattr(engine, field.name) != field.default]
     unused = [

@@ -71,7 +71,10 @@ def _frequencies(problem: Problem, sweep: Sweep) -> tuple[float, ...]:
 
 
 def points_of(scene: AnyScene, vary: Mapping[str, Values] | Points | None) -> Points | None:
-    """The combinations of the varied keys' values; InputError for the frequency, and for impossible values."""
+    """The combinations of the varied keys' values.
+
+    InputError for the frequency, and for impossible values.
+    """
     if not vary:
         return None
     problem = Problem.of(scene)

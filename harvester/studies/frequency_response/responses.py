@@ -68,7 +68,10 @@ class FrequencyResponses(TableResult):
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """The remarks of the responses, each once; for many responses with hysteresis how many there are."""
+        """The remarks of the responses, each once.
+
+        For many responses with hysteresis how many there are.
+        """
         several = len(self.curves) > 1
         remarks = without_repeats(remark for curve in self.curves for remark in curve.diagnostics)
         rest = [remark for remark in remarks if not several or remark.code not in ONE_EACH]

@@ -118,7 +118,9 @@ def as_written() -> Iterator[None]:
 def response_journal(
     out: Path, about: Mapping[str, Any], resume: bool, total: int
 ) -> Iterator[ResponseJournal]:
-    """The journal of the response with the provenance ``about`` and ``total`` steps; it is removed when all are done.
+    """The journal of the response with the provenance ``about`` and ``total`` steps.
+
+    It is removed when all are done.
 
     Raises InputError if ``resume`` finds another response, or another program is at work in the
     folder; KeyboardInterrupt at ^C, with a text that states how to continue.

@@ -19,7 +19,9 @@ ROUNDING = 1e-9  # relative noise of a power that has no other
 def fit_box(
     rounds: list[list[Evaluation]], u: Floats, width: Floats, degree: int = CUBIC
 ) -> tuple[Fit, Floats]:
-    """Fit a polynomial to the means of several rounds of one design in a box; also the time-step bias at each point.
+    """Fit a polynomial to the means of several rounds of one design in a box.
+
+    Also the time-step bias at each point.
 
     The box has its middle at ``u`` and half-widths ``width``.  Points that are not sound are left
     out if there are enough others.  Raises SimulationError if too many points fail.
@@ -83,7 +85,10 @@ def next_box(fit: Fit, u: Floats, width: Floats) -> tuple[Floats, Floats, bool]:
 
 
 def _fitting_widths(fit: Fit, width: Floats) -> Floats:
-    """The half-widths at which the power falls by `DROP`; for keys at the end of their range the present ones."""
+    """The half-widths at which the power falls by `DROP`.
+
+    For keys at the end of their range the present ones.
+    """
     curvature = -np.diag(fit.hessian)
     fitting = np.sqrt(2.0 * DROP * abs(fit.value(fit.best)[0]) / np.maximum(curvature, 1e-300))
     return np.where((fit.faces != 0.0) | (curvature <= 0.0), width, width * fitting)

@@ -68,7 +68,10 @@ class CircuitChoice(Optimum, kw_only=True):
         seconds: float,
         remarks: tuple[Diagnostic, ...] = (),
     ) -> "CircuitChoice":
-        """The choice between circuits, with ``remarks`` on all; raises the first error if none has an optimum."""
+        """The choice between circuits, with ``remarks`` on all.
+
+        Raises the first error if none has an optimum.
+        """
         ranked = _ranked(optima)
         if not ranked:
             raise next(answer for answer in optima.values() if isinstance(answer, HarvesterError))
@@ -79,12 +82,18 @@ class CircuitChoice(Optimum, kw_only=True):
 
     @property
     def ranked(self) -> dict[str, Optimum]:
-        """The circuits that have an optimum, the one of most power first; those that are not sound last."""
+        """The circuits that have an optimum, the one of most power first.
+
+        Those that are not sound last.
+        """
         return _ranked(self.optima)
 
     @property
     def best(self) -> str | None:
-        """The circuit of most power; None if a circuit of less power may have more: its range was not scanned."""
+        """The circuit of most power.
+
+        None if a circuit of less power may have more: its range was not scanned.
+        """
         first, *others = self.ranked
         return None if any(name in self.unscanned for name in others) else first
 

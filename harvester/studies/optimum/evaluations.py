@@ -54,7 +54,10 @@ class Evaluation:
 
 @dataclass
 class Surface:
-    """A scene over ranges of its keys, evaluated until the budget ends; ``progress`` shows the fraction spent."""
+    """A scene over ranges of its keys, evaluated until the budget ends.
+
+    ``progress`` shows the fraction spent.
+    """
 
     scene: Scene
     ranges: tuple[Range, ...]
@@ -84,7 +87,9 @@ class Surface:
         return {r.key: r.value(float(x)) for r, x in zip(self.ranges, u, strict=True)}
 
     def evaluate(self, where: Floats, engine: Engine, stage: str) -> list[Evaluation]:
-        """Evaluate the power at each of the places, shape (n, keys); ``stage`` is the part of the search that asks.
+        """Evaluate the power at each of the places, shape (n, keys).
+
+        ``stage`` is the part of the search that asks.
 
         Runs of ngspice have the remainder of ``share`` at most.
 

@@ -97,7 +97,10 @@ class FormulaSearch:
         return self.surface.evaluate(where, self.engine, stage)
 
     def served(self) -> tuple[Floats, Floats, list[Value]]:
-        """The places, powers and values of the search's own evaluations; raises the last error if all failed."""
+        """The places, powers and values of the search's own evaluations.
+
+        Raises the last error if all failed.
+        """
         return served(self.surface.points[self.begin :])
 
     def highest(self, begin: int | None = None) -> Peak:

@@ -50,7 +50,10 @@ class Objective:
 
 
 def read_share(share: str | float) -> float:
-    """A fraction of devices from 0.1 % to 50 %, from a number or a text such as "5%"; InputError for another."""
+    """A fraction of devices from 0.1 % to 50 %, from a number or a text such as "5%".
+
+    InputError for another.
+    """
     value = reading("`objective`", fraction, share) if isinstance(share, str) else float(share)
     if not 0.001 <= value <= 0.5:
         raise invalid("`objective`", "be a fraction of devices between 0.1 % and 50 %", share)

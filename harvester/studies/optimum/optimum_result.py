@@ -36,7 +36,10 @@ CUT_SHORT = ("budget_spent", "search_cut_short", "interval_rough")
 
 
 class OptimalKey(Result):
-    """A key's best value and its interval (None: see `Optimum.why`); ``boundary`` is the end of the range there."""
+    """A key's best value and its interval (None: see `Optimum.why`).
+
+    ``boundary`` is the end of the range there.
+    """
 
     INTERNAL = frozenset({"range"})
     SHORT = ("key", "value", "low95", "high95")
@@ -177,7 +180,10 @@ class Optimum(TableResult, kw_only=True):
 
     @property
     def own_points(self) -> list[Evaluation]:
-        """The evaluations by the engine itself, which makes the last one; the others are those of a scout."""
+        """The evaluations by the engine itself, which makes the last one.
+
+        The others are those of a scout.
+        """
         return [p for p in self.points if p.engine == self.points[-1].engine]
 
     @property

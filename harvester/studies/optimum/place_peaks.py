@@ -57,7 +57,9 @@ def place_peaks(
     seed: int,
     progress: Progress = NO_PROGRESS,
 ) -> PlacePeaks:
-    """Count at places of the ranges and devices about them; ``progress`` shows the share of trajectories done.
+    """Count at places of the ranges and devices about them.
+
+    ``progress`` shows the share of trajectories done.
 
     Raises HarvesterError if a place has no peaks, and SimulationError if `SHARE` of the budget
     is too short.

@@ -90,7 +90,9 @@ class Race:
         self.top = max(sound or self.scan_power, key=self.scan_power.__getitem__, default="")
 
     def optimum(self, name: str, folder: OutputFolder | None) -> Optimum:
-        """The result of a search in its share of the seconds that are left; ``folder`` gets its files.
+        """The result of a search in its share of the seconds that are left.
+
+        ``folder`` gets its files.
 
         Raises HarvesterError if every place fails, the last error.
         """
@@ -150,5 +152,8 @@ def scan_one_more(search: SampledSearch) -> bool:
 
 
 def best_of_scan(search: SampledSearch) -> Peak:
-    """The place of the largest power that the coarse scan saw; raises the last error if it saw none."""
+    """The place of the largest power that the coarse scan saw.
+
+    Raises the last error if it saw none.
+    """
     return search.best_so_far(scanning(search).of_scan)

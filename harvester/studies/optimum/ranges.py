@@ -20,7 +20,10 @@ MOST_KEYS = 4  # a cubic of five variables has 56 coefficients: nobody waits for
 
 @dataclass(frozen=True)
 class Range:
-    """A scene key and the ends that it is searched between, in SI units; ``steps`` are all values that it may have."""
+    """A scene key and the ends that it is searched between, in SI units.
+
+    ``steps`` are all values that it may have.
+    """
 
     key: str
     low: float

@@ -90,7 +90,10 @@ class Fit:
         return float(np.trace(rows @ self._covariance @ rows.T)) > 2.0 * noise
 
     def _rows(self, x: Floats, orders: tuple[int, ...] = ()) -> Floats:
-        """The monomials at places x (n, keys), or their derivative by the keys in ``orders``; shape (n, k)."""
+        """The monomials at places x (n, keys), or their derivative by the keys in ``orders``.
+
+        Shape (n, k).
+        """
         powers = self._exponents.copy()
         factor = np.ones(len(self._exponents))
         for k in orders:
@@ -169,7 +172,10 @@ class Fit:
 
     @cached_property
     def resolution(self) -> float:
-        """The weakest curvature over its standard error, of the keys that are on no face; infinite if all are."""
+        """The weakest curvature over its standard error, of the keys that are on no face.
+
+        Infinite if all are.
+        """
         free = np.flatnonzero(~self.on_face)
         if len(free) == 0:
             return np.inf
@@ -187,7 +193,9 @@ class Fit:
 
     @cached_property
     def half_widths(self) -> Floats:
-        """The half-widths of the 95 % interval of the highest place, shape (keys,); for keys on a face as `_reach`.
+        """The half-widths of the 95 % interval of the highest place, shape (keys,).
+
+        For keys on a face as `_reach`.
 
         Wider by 1/(1 - (Q/z)^2), as Fieller's interval is, for a curvature of z standard errors (Q:
         the 95 % quantile).
@@ -229,7 +237,10 @@ class Fit:
         )
 
     def bias_shift(self, bias: Floats) -> Floats:
-        """How far a bias of the powers (m,), its sign unknown, moves the highest place; shape (keys,)."""
+        """How far a bias of the powers (m,), its sign unknown, moves the highest place.
+
+        Shape (keys,).
+        """
         free = np.flatnonzero(~self.on_face)
         shift = np.zeros(len(self.best))
         if len(free):

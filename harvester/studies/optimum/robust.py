@@ -106,7 +106,10 @@ class Robust(Engine):
         return [self._estimate(scene) for scene in scenes]
 
     def _run_devices(self, scenes: Sequence[Scene]) -> None:
-        """Compute devices unchanged at once, which a formula does for little more than one; errors come later."""
+        """Compute devices unchanged at once, which a formula does for little more than one.
+
+        Errors come later.
+        """
         new = {key: scene for scene in scenes if (key := scene.to_toml()) not in self._known}
         for (key, scene), answer in zip(
             new.items(), self.engine.run_many([*new.values()]), strict=True
@@ -223,7 +226,10 @@ class Robust(Engine):
         }
 
     def _peaks(self, scene: AnyScene) -> dict[str, float]:
-        """The peaks over the lifetime, at the unsafe end of their error; none if no limit asks for them."""
+        """The peaks over the lifetime, at the unsafe end of their error.
+
+        None if no limit asks for them.
+        """
         if self.lifetime is None:
             return {}
         if self.counted is not None:
@@ -261,7 +267,10 @@ class Robust(Engine):
         return DesignOutcome(objective, off, kept, sum(violations))
 
     def _kept(self, values: Floats, sign: int) -> float:
-        """The value that all but a fraction of devices exceed (``sign`` 1) or stay below (-1); the mean without one."""
+        """The value that all but a fraction of devices exceed (``sign`` 1) or stay below (-1).
+
+        The mean without one.
+        """
         if self.share is None:
             return float(values.mean())
         return float(np.quantile(values, self.share if sign > 0 else 1.0 - self.share))

@@ -185,7 +185,10 @@ class SampledSearch:
         return self._cheaper
 
     def _scouted(self) -> list[tuple[Floats, Floats]]:
-        """Places and half-widths of boxes if a cheaper engine has peaks; none if none can be trusted."""
+        """Places and half-widths of boxes if a cheaper engine has peaks.
+
+        None if none can be trusted.
+        """
         surface = self.surface
         engine = self.engine
         begin = len(self.surface.points)

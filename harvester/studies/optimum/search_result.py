@@ -31,7 +31,10 @@ class Peak:
 
     @classmethod
     def best_of(cls, points: Sequence[Evaluation], why: Diagnostic | None = None) -> "Peak":
-        """The point of most power, on no face and without an interval; raises the last error if all failed."""
+        """The point of most power, on no face and without an interval.
+
+        Raises the last error if all failed.
+        """
         u, power, values = served(points)
         best = int(np.argmax(power))
         return cls(u[best], values[best], np.zeros(u.shape[1]), why=why)
@@ -39,7 +42,9 @@ class Peak:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The peaks of a search, best first; ``flat`` states why no place is better than another, if that is so.
+    """The peaks of a search, best first.
+
+    ``flat`` states why no place is better than another, if that is so.
 
     ``scanned`` is False if the budget ended before the whole range was looked at: more power may
     lie anywhere.

@@ -109,7 +109,10 @@ class RobustOptimum(Optimum, kw_only=True):
 
     @property
     def limit_table(self) -> Table | None:
-        """The value of each limited quantity, and its value on a long trajectory; None without limits."""
+        """The value of each limited quantity, and its value on a long trajectory.
+
+        None without limits.
+        """
         if not self.limits:
             return None
         units = [QUANTITIES[limit.quantity].unit if self.physical else "" for limit in self.limits]

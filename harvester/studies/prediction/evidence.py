@@ -29,7 +29,10 @@ LEAST_SHARE = (
 
 
 def read_points(points: Mapping[str, str]) -> dict[str, DataSheetPoint | float]:
-    """The points by their names, the resonance in open circuit in Hz; InputError for another name or form."""
+    """The points by their names, the resonance in open circuit in Hz.
+
+    InputError for another name or form.
+    """
     for name in points:
         if name not in NAMES:
             raise unknown("point of `points`", name, NAMES)

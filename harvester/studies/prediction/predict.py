@@ -237,7 +237,10 @@ class Devices:
         return None if self.evidence is None else self.evidence.weights(self._drawn[0])
 
     def width_after(self, measured: Sequence[Prior]) -> float | None:
-        """The ratio of the ends of the power's interval after measurements; None if too few devices are left."""
+        """The ratio of the ends of the power's interval after measurements.
+
+        None if too few devices are left.
+        """
         weights = self.weights(measured)
         if weights is not None and effective_number(weights) < FEWEST:
             return None
@@ -261,7 +264,10 @@ class Devices:
         return weights
 
     def quantity(self, entry: Prior) -> tuple[float, float] | None:
-        """Median factor and standard deviation of the logarithm of a quantity after the points; None for a range."""
+        """Median factor and standard deviation of the logarithm of a quantity after the points.
+
+        None for a range.
+        """
         weights = self._weights
         if weights is None or entry.sigma is None:
             return None
@@ -271,7 +277,10 @@ class Devices:
         return math.exp(middle), math.sqrt(square)
 
     def logarithms(self, measured: Sequence[Prior] = ()) -> tuple[Floats, Floats, Floats]:
-        """Logarithms of power and voltage of the devices, and of the factor of the model error; shape (draws,)."""
+        """Logarithms of power and voltage of the devices, and of the factor of the model error.
+
+        Shape (draws,).
+        """
         x, normal = self.drawn(measured)
         power = self.power_law(x) + self.power_law.scatter * normal[:, -2]
         voltage = self.voltage_law(x) + self.voltage_law.scatter * normal[:, -1]
@@ -348,7 +357,10 @@ def _quantity(entry: Prior, devices: Devices, device_class: str) -> UncertainQua
 
 
 def _after_impedance(devices: Devices, device_class: str) -> float | None:
-    """The width of the power's interval after an impedance curve; None if it narrows no quantity, or is unknown."""
+    """The width of the power's interval after an impedance curve.
+
+    None if it narrows no quantity, or is unknown.
+    """
     better = []
     for entry in devices.priors:
         measured = prior_of(entry.quantity, "measured_low", device_class)

@@ -185,7 +185,9 @@ def model_error(problem: Problem) -> ModelError:
 
 
 def without_unreached_stops(problem: Problem) -> Problem:
-    """The problem without stops beyond REACH times the RMS displacement of the linear device; else as it is.
+    """The problem without stops beyond REACH times the RMS displacement of the linear device.
+
+    Else as it is.
 
     Only a linear device that is shaken steadily, with a load resistance or none, has that
     displacement in closed form; any other keeps its stops.

@@ -93,7 +93,10 @@ class Stability(TableResult):
         return Table(columns, "The edge of stability")
 
     def plot(self, title: str | None = "", ax: "Axes | None" = None) -> "Figure":
-        """The region of stability in the plane (mu, D22); raises InputError if that was not computed."""
+        """The region of stability in the plane (mu, D22).
+
+        Raises InputError if that was not computed.
+        """
         if not self.region:
             raise InputError(
                 "`plot` must have a region of stability, which only `stability` with `out` computes"

@@ -57,7 +57,9 @@ def compute_table(
     common_noise: bool = False,
     check: str | None = None,
 ) -> SweepTable:
-    """Run every engine at every point; write sweep.csv, sweep.nc, sweep.png and provenance.json if there is `out`.
+    """Run every engine at every point.
+
+    Write sweep.csv, sweep.nc, sweep.png and provenance.json if there is `out`.
 
     Each finished point is in sweep.journal at once; `resume` keeps those of an earlier run of the
     same sweep and computes the others, also those that failed.  A point that fails is a row with
@@ -287,7 +289,10 @@ class _Sweep:
         return table
 
     def _kept(self, now: dict[str, str]) -> Iterator[JournalRow]:
-        """The rows of an earlier run of the same sweep that hold an answer; none if its files are damaged."""
+        """The rows of an earlier run of the same sweep that hold an answer.
+
+        None if its files are damaged.
+        """
         assert self.folder is not None
         rows = self.journal.earlier(now)
         if rows is None:  # the sweep was finished, or there was none

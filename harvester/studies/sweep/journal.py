@@ -73,7 +73,9 @@ def _row(cells: Sequence[Any]) -> JournalRow:
 
 
 class Journal:
-    """The finished rows of the study that writes into a folder, on disk; one program at a time may hold it.
+    """The finished rows of the study that writes into a folder, on disk.
+
+    One program at a time may hold it.
 
     Without a folder they are in memory.
 
@@ -138,7 +140,10 @@ class Journal:
         return rows
 
     def begin(self, now: Mapping[str, str], kept: Sequence[JournalRow]) -> None:
-        """Start the journal of a study with the rows of an earlier run that are kept; raises InputError as `add`."""
+        """Start the journal of a study with the rows of an earlier run that are kept.
+
+        Raises InputError as `add`.
+        """
         try:
             self._begin(now, kept)
         except sqlite3.DatabaseError:  # damaged, or no database: a new file in its place
@@ -243,7 +248,10 @@ class Journal:
 
     @contextlib.contextmanager
     def _disk_errors(self) -> Iterator[None]:
-        """Report that a disk is full; reading also needs room, if a transaction that failed must be undone."""
+        """Report that a disk is full.
+
+        Reading also needs room, if a transaction that failed must be undone.
+        """
         try:
             yield
         except sqlite3.OperationalError as error:

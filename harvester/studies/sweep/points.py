@@ -74,7 +74,10 @@ def read_axis(text: str, present: Collection[str] = ()) -> Axis:
 def axes_of(
     vary: Mapping[str, Values] | Sequence[Axis | str] | str, present: Collection[str] = ()
 ) -> list[Axis]:
-    """The axes of ``vary``, as of `harvester.studies.sweep.sweep.sweep`; raises InputError for another form."""
+    """The axes of ``vary``, as of `harvester.studies.sweep.sweep.sweep`.
+
+    Raises InputError for another form.
+    """
     if isinstance(vary, Mapping):
         return [axis_of(key, some, present) for key, some in vary.items()]
     must = "be KEY=VALUES, such as 'load.resistance=1k:10M:25', or an Axis"
@@ -89,7 +92,10 @@ def axes_of(
 
 
 def axis_of(key: str, values: Values, present: Collection[str] = ()) -> Axis:
-    """The axis of a key and its values: numbers in SI units, texts with units, or one text; raises as `read_axis`."""
+    """The axis of a key and its values: numbers in SI units, texts with units, or one text.
+
+    Raises as `read_axis`.
+    """
     if isinstance(values, str):
         return read_axis(f"{key}={values}", present)
     key = whole_key(key, present)

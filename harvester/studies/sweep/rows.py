@@ -1,4 +1,6 @@
-"""The rows of a sweep: an engine's answer at a point, or why there is none; in the journal, and as a table's columns.
+"""The rows of a sweep: an engine's answer at a point, or why there is none.
+
+In the journal, and as a table's columns.
 
 Numbers have nine digits from the first, so that a row that is read from sweep.csv is the one that
 was written there.
@@ -167,7 +169,10 @@ def lines(keys: Sequence[str], rows: Iterable[SweepRow], units: AnswerUnits) -> 
 
 
 def read_cells(cells: Mapping[str, str]) -> SweepRow | None:
-    """The row in a line of sweep.csv, without its keys; None if it was cut off or is of a point that failed."""
+    """The row in a line of sweep.csv, without its keys.
+
+    None if it was cut off or is of a point that failed.
+    """
     try:
         voltage, power = (_read_value(cells, name) for name in QUANTITIES)
         responses = int(cells["responses"]) if cells["responses"] else None

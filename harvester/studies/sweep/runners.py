@@ -39,7 +39,9 @@ def in_this_process(tasks: Iterator[Task]) -> Done:
 def pool(
     tasks: Iterator[Task], workers: int, meanwhile: Callable[[], object] | None = None
 ) -> Done:
-    """Compute the tasks in a number of worker processes, which share the cores; ``meanwhile`` is called once.
+    """Compute the tasks in a number of worker processes, which share the cores.
+
+    ``meanwhile`` is called once.
 
     A process that dies is replaced; its task is tried once more, a batch then point by point, and
     is an error if that dies as well.

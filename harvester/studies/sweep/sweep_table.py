@@ -91,7 +91,10 @@ class SweepTable(TableResult):
 
     @property
     def curve_axis(self) -> Axis:
-        """The axis that curves are drawn along: that with the most values, the first of equals; in a list the first."""
+        """The axis that curves are drawn along: that with the most values, the first of equals.
+
+        In a list the first.
+        """
         return self.axes[0] if self.listed else max(self.axes, key=lambda axis: len(axis.values))
 
     @property
@@ -124,7 +127,10 @@ class SweepTable(TableResult):
         return [row for row in self.rows if row.engine == engine]
 
     def column(self, name: str, engine: str) -> "np.ndarray[Any, np.dtype[np.float64]]":
-        """One column of sweep.csv of one engine's rows as numbers; nan if absent, as if a point failed."""
+        """One column of sweep.csv of one engine's rows as numbers.
+
+        Nan if absent, as if a point failed.
+        """
         cells = columns_of(self.keys, self.of(engine), self.unit_names).plain()[name]
         return np.array([np.nan if cell is None else cell for cell in cells], dtype=np.float64)
 

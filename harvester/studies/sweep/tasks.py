@@ -30,7 +30,10 @@ Answer: TypeAlias = SweepRow | HarvesterError  # a row without the varied keys, 
 
 @dataclass(frozen=True)
 class Task:
-    """Points of one engine, with all that a worker needs to compute them; ``engine_index`` counts the sweep's."""
+    """Points of one engine, with all that a worker needs to compute them.
+
+    ``engine_index`` counts the sweep's.
+    """
 
     scene: Scene
     engine: Engine
@@ -55,7 +58,10 @@ class Task:
         return self.split() if self.tries else [dataclasses.replace(self, tries=1)]
 
     def split(self) -> "list[Task]":
-        """A task for each point, for one of them may have killed the worker; none for a single point."""
+        """A task for each point, for one of them may have killed the worker.
+
+        None for a single point.
+        """
         if len(self.points) == 1:
             return []
         return [

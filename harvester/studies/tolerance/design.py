@@ -39,7 +39,9 @@ def sobol_points(count: int, dimensions: int, seed: int) -> Floats:
 def correlation(
     given: Sequence[str] | Mapping[tuple[str, str], float], keys: Sequence[str]
 ) -> Floats | None:
-    """The matrix of correlations that texts ``A,B=0.7`` or pairs describe, shape (n, n); None if absent.
+    """The matrix of correlations that texts ``A,B=0.7`` or pairs describe, shape (n, n).
+
+    None if absent.
 
     Raises InputError for a text of another form, a key that is not varied, a number outside -1 to
     1, and correlations that cannot be true together.

@@ -59,7 +59,10 @@ class Limit:
         return self.written
 
     def margin(self, value: float) -> float:
-        """How far a value is within the limit, relatively; below 0 beyond it, infinite for an infinite bound."""
+        """How far a value is within the limit, relatively.
+
+        Below 0 beyond it, infinite for an infinite bound.
+        """
         return (
             self.sign
             * (value - self.bound)
@@ -72,7 +75,9 @@ class Limit:
 
 
 def parse(text: str, physical: bool = True, quantities: Mapping[str, Kind] = QUANTITIES) -> Limit:
-    """The limit that a text such as ``mean_power > 5 uW`` describes; for a nondimensional scene without unit.
+    """The limit that a text such as ``mean_power > 5 uW`` describes.
+
+    For a nondimensional scene without unit.
 
     Raises InputError for a text of another form, a quantity that is not among ``quantities``, with
     the nearest match, and a bound that is not one of its values.

@@ -19,7 +19,10 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 
 @dataclass(frozen=True)
 class ShareInterval:
-    """A number and the ends of its 95 % interval, in one unit; None if samples are too few for an end."""
+    """A number and the ends of its 95 % interval, in one unit.
+
+    None if samples are too few for an end.
+    """
 
     value: float
     low: float | None
@@ -57,7 +60,9 @@ def share_met(
     failed: int = 0,
     failed_share: tuple[float, float] | None = None,
 ) -> ShareInterval:
-    """The fraction of devices that meet all limits; ``failed`` more have no answer, and count as not meeting them.
+    """The fraction of devices that meet all limits.
+
+    ``failed`` more have no answer, and count as not meeting them.
 
     ``samples`` are the values of each quantity, shape (n,), ``errors`` those of all samples or one
     by one, in the same unit.  ``failed_share`` is the interval of the fraction of devices without

@@ -156,7 +156,10 @@ def _scene(request: ToleranceRequest, values: Floats) -> Scene:
 
 
 def linear_law(request: ToleranceRequest, engine: Any, progress: Progress) -> ToleranceRuns:
-    """The linear law's powers of all devices; raises the engine's errors, and InputError for a key that is 0."""
+    """The linear law's powers of all devices.
+
+    Raises the engine's errors, and InputError for a key that is 0.
+    """
     keys = request.keys
     x = design.values_at(request.spreads, request.u)
     ends = design.values_at(request.spreads, design.one_by_one(len(keys)))
@@ -245,7 +248,10 @@ def _run(engine: Any, request: ToleranceRequest, values: Floats) -> Estimate:
 def _error_of_level(
     engine: Any, request: ToleranceRequest, middle: Estimate, x0: Floats
 ) -> float | None:
-    """The relative power error in the middle, by a reference if necessary; None if it is not known."""
+    """The relative power error in the middle, by a reference if necessary.
+
+    None if it is not known.
+    """
     p0 = middle.mean_power.value
     error = middle.mean_power.error95
     if error is not None or getattr(engine, "judged", True):

@@ -65,7 +65,9 @@ class Samples:
 
     @property
     def error_deviation(self) -> float:
-        """The standard deviation of the engine's error among devices, in the unit of power; 0 if not known.
+        """The standard deviation of the engine's error among devices, in the unit of power.
+
+        0 if not known.
 
         A device's relative error at 95 % counts as 1.96 of these.
         """
@@ -103,7 +105,10 @@ def dearer(engine: Engine, **options: Any) -> Engine | None:
 
 
 def checker(engine: Engine, within: float | None, seed: int) -> tuple[int, Engine] | None:
-    """How many runs check an engine, and of which costlier engine; None if none is costlier and knows more."""
+    """How many runs check an engine, and of which costlier engine.
+
+    None if none is costlier and knows more.
+    """
     kind = dearer(engine)
     if kind is None:
         return None

@@ -233,7 +233,10 @@ def _failures(table: SweepTable) -> Iterator[Diagnostic]:
 def answer_at(
     keys: Sequence[str], values: Floats, answer: Estimate | HarvesterError, key: int | None = None
 ) -> Estimate:
-    """The answer at keys' values; an error is raised with these, or one ``key``, in its sentence."""
+    """The answer at keys' values.
+
+    An error is raised with these, or one ``key``, in its sentence.
+    """
     if not isinstance(answer, HarvesterError):
         return answer
     located = [

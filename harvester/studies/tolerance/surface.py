@@ -54,7 +54,10 @@ class Polynomial:
     factor: Floats
 
     def __call__(self, x: Floats) -> Floats:
-        """The values at keys' values, shape (m, keys); those beyond the samples count as at their edge."""
+        """The values at keys' values, shape (m, keys).
+
+        Those beyond the samples count as at their edge.
+        """
         return np.asarray(self._terms(x) @ self.coefficients)
 
     def leverage(self, x: Floats) -> Floats:
@@ -62,7 +65,10 @@ class Polynomial:
         return np.asarray(((self._terms(x) @ self.factor) ** 2).sum(axis=1))
 
     def change_beyond(self, x: Floats) -> Floats:
-        """The distance of the polynomial from its edge, at keys' values (m, keys); 0 within the samples."""
+        """The distance of the polynomial from its edge, at keys' values (m, keys).
+
+        0 within the samples.
+        """
         free = _basis((x - self.middle) / self.half, self.powers) @ self.coefficients
         return np.asarray(np.abs(free - self(x)))
 

@@ -231,7 +231,9 @@ def _compute(
 def _budget(
     chosen: Engine, request: ToleranceRequest, budget: float | None, linear: bool, resume: bool
 ) -> float | None:
-    """The budget (s) of a study of a netlist without counts, peaks and rows to resume; None of another.
+    """The budget (s) of a study of a netlist without counts, peaks and rows to resume.
+
+    None of another.
 
     Raises InputError for a ``budget`` that is given to another study.
     """

@@ -171,7 +171,10 @@ class ToleranceResult(TableResult):
     def of(
         cls, request: ToleranceRequest, runs: ToleranceRuns, seconds: float
     ) -> "ToleranceResult":
-        """The answer that the runs of a study give; SimulationError if fewer than two samples have one."""
+        """The answer that the runs of a study give.
+
+        SimulationError if fewer than two samples have one.
+        """
         samples = runs.samples
         if len(samples.values["mean_power"]) < 2:
             raise SimulationError("fewer than two samples have an answer")
@@ -234,7 +237,9 @@ class ToleranceResult(TableResult):
 
     @property
     def standard_deviation_error95(self) -> float | None:
-        """The error of the standard deviation s at 95 % (W); None if the engine's error is not known.
+        """The error of the standard deviation s at 95 % (W).
+
+        None if the engine's error is not known.
 
         The sum of the engine's part, which is at most the standard deviation of its error, of the
         sampling error 1.96 sqrt((m4 - s^4)/(4 n s^2)) of n devices with the fourth central moment

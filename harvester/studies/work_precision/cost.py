@@ -77,7 +77,10 @@ def table_of(measurement: Measurement) -> Cost:
 
 
 def _model(run: Run, models: dict[str, Bias]) -> Bias:
-    """The bias of a run's model; for an engine whose error is that of its resolution, its own statement."""
+    """The bias of a run's model.
+
+    For an engine whose error is that of its resolution, its own statement.
+    """
     if not run.engine.is_resolved:
         return models[base_name(label(run.engine))]
     power = run.answer.mean_power

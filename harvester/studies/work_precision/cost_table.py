@@ -143,7 +143,10 @@ class Cost(TableResult):
         return (*[note("step_bias_not_counted")] * unknown, *failed, *refused)
 
     def fastest(self, target: float) -> tuple[str, float | None]:
-        """The engine that reached a total error first, and its seconds; an empty name if none did."""
+        """The engine that reached a total error first, and its seconds.
+
+        An empty name if none did.
+        """
         needed = {name: self.needed(name, target) for name in self.engines}
         measured = {name: n[0] for name, n in needed.items() if n is not None and n[1]}
         name = min(measured, key=lambda name: measured[name], default="")

@@ -22,7 +22,10 @@ Kind = TypeVar("Kind", Ensemble, Spice)
 
 
 def label(engine: Engine) -> str:
-    """The name of an engine in the table; ngspice alone has one of its own, and so has an engine that lacks a part."""
+    """The name of an engine in the table.
+
+    Ngspice alone has one of its own, and so has an engine that lacks a part.
+    """
     if engine.runs_ngspice and cast(Spice, engine).alone:
         return ALONE
     return ", ".join(
@@ -85,7 +88,10 @@ def paired(step: float, netlist: bool) -> list[Sampler]:
 
 
 def first_alone(burn_in: float | None) -> Spice:
-    """The first run of ngspice alone: short; with few trajectories if the cheap model knows no burn-in."""
+    """The first run of ngspice alone: short.
+
+    With few trajectories if the cheap model knows no burn-in.
+    """
     return (
         Spice(alone=True, trajectories=4)
         if burn_in is None

@@ -41,7 +41,10 @@ CUT = "ngspice_left_out", "mean_while_settling"  # warnings that ngspice had not
 
 @dataclass(frozen=True)
 class Run:
-    """An engine's answer at one setting; ``warm_up`` is its time in addition to the answer's ``seconds``."""
+    """An engine's answer at one setting.
+
+    ``warm_up`` is its time in addition to the answer's ``seconds``.
+    """
 
     engine: Engine
     answer: Estimate
@@ -61,7 +64,9 @@ class Run:
 
 @dataclass
 class Measurement:
-    """The runs of one scene's engines at many settings, while there is time; warming up does not count.
+    """The runs of one scene's engines at many settings, while there is time.
+
+    Warming up does not count.
 
     ``failed`` are the settings with their errors, ``refused`` the reasons of engines that cannot
     support the scene; ``cheap`` is the run of the cheap model, ``steps`` and ``ngspice`` the
