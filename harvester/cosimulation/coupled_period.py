@@ -50,13 +50,15 @@ from harvester.mechanics.periodic import (
     Settling,
     comes_back_after,
 )
+from harvester.mechanics.trace import mechanics_of
 from harvester.netlists.part import PIEZO
 
 # of the state's size: so near a response, the way there is taken to be a straight one
 ROUGHLY = 0.03
 QUIET = 1.0 / 16.0  # of a period between a section and a turn of the motion, else it moves
-# a part of the motion by which it is pushed aside, and oscillations in which it must come back
-AWAY = 0.02
+# parts of the motion by which it is pushed aside, the second if the first makes it leave a response
+# that is known to repeat after several periods, and oscillations in which it must come back
+AWAY = 0.02, 0.005
 TRIED = 32
 
 
@@ -80,11 +82,35 @@ class NgspiceMap(PeriodMap):
         self.device = dataclasses.replace(device, load=without_initial_conditions(device.load))
         self.section = start.section
         self.phase = round(start.phase * self.size) / self.size
+        self.start_turns = start.turns
+        if not start.section.nodes:
+            self.section = self._on_the_grid(start.section, start.phase)
         self.deadline = deadline
         self.enough = enough
         self.steps = 0
         self.mass_steps = 0
         self.known: list[Known] = []  # of the runs that ended
+
+    def _on_the_grid(self, section: CoupledState, phase: float) -> CoupledState:
+        """A section without nodes at the nearest step to its phase, to first order in the time between.
+
+        The current of a circuit is left out.
+        """
+        mechanics = mechanics_of(self.eqs)
+        time = (self.phase - phase) * self.size * self.h
+        volts = self.scales.volts
+        before = mechanics.started(section.start(volts))
+        a = float(
+            np.interp(phase * self.size, np.arange(self.size + 1), self.shaking(0, self.size))
+        )
+        after = mechanics.kicked(before, time, a)
+        n = len(before) // 2
+        speeds = 0.5 * (before[n : 2 * n] + after[n : 2 * n])
+        after[:n] += time * speeds
+        coupling = np.ones(1) if self.eqs.modes is None else np.array(self.eqs.modes.coupling)
+        voltage = before[-1] + time * float(coupling @ speeds - (self.eqs.mu or 0.0) * before[-1])
+        across = (voltage * volts, section.across[1])
+        return CoupledState.of_motion(after[:-1], across=across)
 
     def run(
         self,
@@ -253,14 +279,18 @@ class NgspiceMap(PeriodMap):
         )
 
     def returns(self, settled: Settling, turns: int) -> bool:
-        """Whether a motion that is pushed aside comes nearer again."""
+        """Whether a motion that is pushed aside comes nearer again, some way or, if not, a shorter one."""
         begin = section_of(settled.state, self.names, self.scales.volts)
-        way = max(AWAY * math.hypot(begin.x, begin.v), 2.0 * NOISY * math.sqrt(settled.means[2]))
-        aside = dataclasses.replace(begin, x=begin.x + 0.6 * way, v=begin.v + 0.8 * way)
         # its velocity is that of half a step later, as below
         (there, *_), *_ = self.unbroken(begin, turns, 1)
-        sections, *_ = self.unbroken(aside, turns, self.periods(TRIED, 4))
-        return math.hypot(*(sections[-1] - there)) < way
+        least = 2.0 * NOISY * math.sqrt(settled.means[2])
+        for far in AWAY[: 1 + (self.start_turns > 1)]:
+            way = max(far * math.hypot(begin.x, begin.v), least)
+            aside = dataclasses.replace(begin, x=begin.x + 0.6 * way, v=begin.v + 0.8 * way)
+            sections, *_ = self.unbroken(aside, turns, self.periods(TRIED, 4))
+            if math.hypot(*(sections[-1] - there)) < way:
+                return True
+        return False
 
 
 def periodic_response(
@@ -281,11 +311,6 @@ def periodic_response(
     stays = near is not None and (not linear or near.quiet > QUIET)
     if near and stays and (response := _settled(path, near.turns, linear, known, linear)):
         return response
-    if near is None and origin.turns > 1:  # its way may leave a response of several periods
-        path.section, _ = path.run(path.section, origin.turns * path.size)
-        if response := _settled(path, origin.turns, False):
-            return response
-        path = NgspiceMap(device, origin, 0.0, deadline, enough)
     moved = _moves_to_a_quiet_phase(path, near is None)
     known = None if moved else known
     if not linear:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from harvester.answers.estimate import SteadyResponse
+from harvester.arrays import Floats
 from harvester.equations.bounds import linear_growth
 from harvester.equations.problem import Problem
 from harvester.errors import SimulationError
@@ -20,6 +21,7 @@ from harvester.uncertainty.value import Value, half95
 if TYPE_CHECKING:
     from harvester.engines.sampling import Model
     from harvester.mechanics.ensemble.coexisting_responses import Attractor
+    from harvester.mechanics.ensemble.trajectories import Trajectories
 
 AGAIN = 0.25  # of the time that the search took: for what moves to half the step
 
@@ -74,12 +76,30 @@ def steady_responses(
         members = attractor.members
         periods = attractor.turns or None
         middle = members[np.argsort(attractor.entries(model.name))[len(members) // 2]]
-        state, phase = section(finer, int(middle))
+        state, phase = _in_mid_kick(finer, *section(finer, int(middle)))
         response = SteadyResponse(
             power, len(members) / finer.count, periods, attractor.chaotic, engine
         )
         candidates.append(SearchedResponse(response, finer.loaded.start(state), phase))
     return tuple(candidates)
+
+
+def _in_mid_kick(trajectories: "Trajectories", state: Floats, phase: float) -> tuple[Floats, float]:
+    """A `section` in the middle of its last kick, where the velocity is that of its time."""
+    from harvester.cosimulation.poincare_sections import unkicked
+    from harvester.mechanics.kernels.forcing import forcing
+    from harvester.mechanics.trace import at_rest
+
+    eqs = trajectories.eqs
+    assert eqs.shaking_period is not None, "the drive is steady"
+    size = round(eqs.shaking_period / trajectories.h)
+    shaking = forcing(eqs, eqs.shaking_period / size, size)
+    assert shaking is not None, "the drive is steady"
+    a = float(np.interp(phase * size, np.arange(size + 1), shaking))
+    moving = at_rest(eqs).size
+    middle = state.copy()
+    middle[:moving] = unkicked(eqs, state[:moving], trajectories.h, a)
+    return middle, phase
 
 
 def _power(attractor: "Attractor", rough: "list[Attractor]", name: str) -> Value:

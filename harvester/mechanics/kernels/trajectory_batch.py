@@ -136,8 +136,8 @@ def advance(b, schedule, h, load, c, shaker, update):
     coarse = schedule.doublings > 0
     steps = 1 if coarse else 2
     landed = schedule.landed
-    lanes = moving(schedule, load)
-    ahead = schedule.samples * schedule.stride * lanes
+    count = moving(schedule, load)
+    ahead = schedule.samples * schedule.stride * count
     for _ in range(schedule.samples):
         for first in range(0, schedule.stride, steps):
             draw(
@@ -167,7 +167,7 @@ def advance(b, schedule, h, load, c, shaker, update):
                     mu=conductance(c, load),
                 )
                 drift_all(z, driven, accelerations, d, c, load, shaker=shaker)
-                for i in range(lanes):
+                for i in range(count):
                     a, a1 = shaken(i, accelerations, shaker)
                     s, changed, did = drifted(
                         state_at(i, z, c), z, d, c, a, load_at(i, z, c, load, driven)
@@ -187,13 +187,13 @@ def advance(b, schedule, h, load, c, shaker, update):
                     sums[11 * BATCH + i] += energy_of(did, c, load)
                     if shaker is not None:
                         sums[12 * BATCH + i] += 0.5 * h * a1 * (v + speed(after, z, c))
-                ahead -= lanes
+                ahead -= count
                 if is_given_up(sums, load, ahead):
                     return True
             end_draw(controls, before, kick_sums, c, load)
         landed = True
         drift_all_aside(z, mid, driven, accelerations, half, c, load=load, shaker=shaker)
-        for i in range(lanes):
+        for i in range(count):
             a = last_acceleration(i, shaker)
             s = state_at(i, z, c)
             s_mid, load_mid, did = drifted(
