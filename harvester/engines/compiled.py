@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from harvester.mechanics.ensemble.trajectories import Trajectories
 
 # fewest periods of a circuit's slowest clock in averages; part of that, as a rate has an error
-PERIODS, WHOLE = 4, 0.98
+PERIODS = 4
+WHOLE = 0.98
 NEAR = 0.15  # of a target, below which half of these runs do
 # s, of a response that never comes back, where no accuracy and no budget are given
 LONGEST_SAMPLING = 120.0
@@ -205,7 +206,7 @@ class Compiled(Ensemble):
     def not_covered(
         self, problem: Problem, pair: "RichardsonPair"
     ) -> tuple[str, Diagnostic | None]:
-        """Storage that still changes much, or a clock of which the averages have fewer than `PERIODS`."""
+        """Storage that still changes much, or a clock of which the averages have fewer than four periods."""
         from harvester.mechanics.ensemble.burn_in import CHARGED
 
         power = pair.mean("load")[0]

@@ -2,6 +2,8 @@
 
 Near a stop of strong impacts, whose bias falls slowly with the step, there are others of four
 times the step as well.
+
+Long because trajectories of several steps, their bias and what they still store are of one pair.
 """
 
 import time
@@ -38,7 +40,7 @@ class Look(NamedTuple):
 
     @classmethod
     def at(cls, trajectories: Trajectories) -> "Look":
-        """Now."""
+        """The present of trajectories."""
         return cls(trajectories.time, trajectories.state[0, :, 0].copy())
 
 

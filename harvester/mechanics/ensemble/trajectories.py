@@ -3,6 +3,8 @@
 One compiled kernel advances a batch of `BATCH` trajectories in a thread of its own.  Every
 trajectory gives one independent time average, so that standard errors need no correlation time; for
 tabulated noise every block, on a record.  The kernels are `harvester.mechanics.ensemble.loads`'s.
+
+Long because running, beginning anew and reporting share the states.
 """
 
 import math

@@ -136,7 +136,6 @@ def extremes(
         extrapolate from a trajectory also if Rice's formula holds.
     passages : bool, default False
         by the rate of first passages of engine `Density`, without sampling: the displacement alone.
-
     progress : callable or bool, optional
         called with the fraction of the trajectory that is done.  By default a bar on a terminal or
         in a notebook, if that lasts longer than a second; False: none.
