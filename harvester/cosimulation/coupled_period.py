@@ -94,7 +94,7 @@ class NgspiceMap(PeriodMap):
     def _on_the_grid(self, section: CoupledState, phase: float) -> CoupledState:
         """A section without nodes at the nearest step to its phase, to first order in the time between.
 
-        The current of a circuit is left out.
+        A circuit's current is left out.
         """
         mechanics = mechanics_of(self.eqs)
         time = (self.phase - phase) * self.size * self.h

@@ -85,7 +85,7 @@ def steady_responses(
 
 
 def _in_mid_kick(trajectories: "Trajectories", state: Floats, phase: float) -> tuple[Floats, float]:
-    """A `section` in the middle of its last kick, where the velocity is that of its time."""
+    """A `section` in the middle of its last kick, at which the velocity is that of its time."""
     from harvester.cosimulation.poincare_sections import unkicked
     from harvester.mechanics.kernels.forcing import forcing
     from harvester.mechanics.trace import at_rest

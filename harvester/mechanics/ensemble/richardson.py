@@ -3,7 +3,7 @@
 Near a stop of strong impacts, whose bias falls slowly with the step, there are others of four
 times the step as well.
 
-Long because trajectories of several steps, their bias and what they still store are of one pair.
+Long because trajectories of several steps, their bias and their stored energy are of one pair.
 """
 
 import time
