@@ -12,7 +12,7 @@ from harvester.mechanics.kernels.circuit_control_variates import (
     circuit_boundary,
     path_controls,
 )
-from harvester.mechanics.kernels.coefficients import State, coefficients
+from harvester.mechanics.kernels.coefficients import BATCH, State, coefficients
 from harvester.netlists.load_circuit import load_circuit
 from harvester.scene.load import Load
 from harvester.uncertainty.controls import controlled_entries
@@ -76,13 +76,13 @@ def test_columns_of_a_path_are_those_of_the_lanes():
     eqs = dataclasses.replace(PAPER, n12=0.002)
     found = path_controls(eqs, states, noise, 0.5)
     for block in (0, 1):
-        sums = np.zeros((9, 1))
+        sums = np.zeros(9 * BATCH)
         for k in range(5):
             x, v, V, U = states[:, block, k]
             add_circuit_features.py_func(
                 0, State(x, v, V), U, noise[block, k], sums, coefficients(eqs)
             )
-        assert found[block, ::2] == pytest.approx(sums[:, 0] / 0.5, rel=1e-12)
+        assert found[block, ::2] == pytest.approx(sums[::BATCH] / 0.5, rel=1e-12)
         change = circuit_boundary(states[:, block, 5], eqs) - circuit_boundary(
             states[:, block, 0], eqs
         )

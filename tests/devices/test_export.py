@@ -239,7 +239,7 @@ def test_command(tmp_path, harvester):
         ((tmp_path / "other.toml", "--out", out), "must be a device"),
         ((tmp_path / "noise.toml", "--out", out), "leave excitation.stiffness_noise out"),
         ((EXAMPLES / "plate.toml", "--out", out, "--name", "2 x"), "--name must be letters"),
-        ((EXAMPLES / "plate.toml", "--out", tmp_path / "no" / "x.lib"), "--out must accept x.lib"),
+        ((EXAMPLES / "plate.toml", "--out", "/proc/no/x.lib"), "--out must"),
         (
             (EXAMPLES / "plate.toml", "--out", out, "--duration", "5s"),
             "--duration must be used with noise",

@@ -16,6 +16,7 @@ from harvester.mechanics.kernels import (
     ideal_circuit,
     intervals,
     offset_stops,
+    one_mode,
     shaking,
     stored_energy,
 )
@@ -43,8 +44,8 @@ CALLED = [
     (port_circuits, "carried", equation_of_motion),
     (port_circuits, "dissipated", outside_forces),
     (port_circuits, "advance_load", circuit_path),
-    (driver, "fly", ideal_circuit),
-    (driver, "move", offset_stops),
+    (one_mode, "fly", ideal_circuit),
+    (one_mode, "move", offset_stops),
 ]
 
 

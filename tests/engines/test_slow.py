@@ -309,7 +309,7 @@ def test_a_direct_run_under_noise_is_as_long_as_the_budget_allows(monkeypatch):
 
     def directly(pace, seconds):
         """The options of a run, at so many seconds of computing per simulated second."""
-        solution = SimpleNamespace(duration=8.0, pace=pace, separation=0.1)
+        solution = SimpleNamespace(duration=8.0, pace=pace, separation=0.1, clock=0.0)
         deadline = time.perf_counter() + seconds
         assert hv.Slow(budget=seconds)._directly(problem, solution, None, deadline) is None
         return asked
@@ -365,7 +365,7 @@ def test_a_direct_run_states_its_own_duration_and_a_missed_target(monkeypatch):
     own = hv.Compiled(trajectories=2, duration=0.05).run(under_noise("ltc3588", "0.47 uF"))
     found = of_scales_not_apart(monkeypatch, own)
     (said,) = (one for one in found.notes if one.code == "run_directly")
-    assert said.numbers["direct"] == own.details["duration"] == pytest.approx(0.05, rel=0.01)
+    assert said.numbers["direct"] == own.details["duration"] > 0.049
     assert has(found.warnings, "steady_within")
 
 

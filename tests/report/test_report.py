@@ -175,12 +175,12 @@ def test_json_stands_alone(harvester, tmp_path, monkeypatch):
         ),
         (
             ("run", PLATE, "--report", "/proc/none/mine.html"),
-            "--report must be a folder that can be written",
+            "--report must be in a folder that can be written",
         ),
         (("run", PLATE, "--report", "folder.html"), "--report must be a file"),
         (
             ("cost", PLATE, "--out", "/proc/none", "--report"),
-            "--out must be a folder that can be written",
+            "--out must be in a folder that can be written",
         ),
         (
             ("sweep", PLATE, "--vary", "load.resistance=1k", "--out", "x", "--vector", "eps"),

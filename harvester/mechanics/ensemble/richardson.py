@@ -7,7 +7,8 @@ Long because trajectories of several steps, their bias and their stored energy a
 """
 
 import time
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -32,7 +33,8 @@ SHORT = 0.4  # beyond it what is left of the bias grows as the step does
 GROWN = 1e3  # times the fine step's E[x^2]: a coarse step that is unstable, though still finite
 
 
-class Look(NamedTuple):
+@dataclass(frozen=True)
+class Look:
     """The ``time`` of trajectories, and the ``state`` of the first."""
 
     time: float

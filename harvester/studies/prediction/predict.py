@@ -13,6 +13,7 @@ import time
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -134,16 +135,18 @@ def predict(
         raise InputError("`known` must leave a quantity with a spread, but gives all of them")
     if computed is None:
         computed = _computed(problem, engine, seed)
+    is_time = isinstance(runs, str) and runs != "first-order" and not runs.strip().isdigit()
+    effort: dict[str, Any] = {"budget": runs} if is_time else {"runs": runs}
     with called("predict"):
         spread = tolerance(
             spread_scene,
             vary={entry.key: entry.written for entry in priors},
             engine=engine,
             samples=samples,
-            runs=runs,
             checks=0 if engine is not None and not isinstance(runs, str) else None,
             seed=seed,
             execution=execution,
+            **effort,
         )
     devices = Devices(priors, spread, problem, seed, read)
     power, voltage = devices.intervals()

@@ -48,7 +48,7 @@ def test_a_board_against_devices_one_by_one():
     execution = hv.Execution(progress=told)
     limit = ["mean_power > 195 uW"]
     found = hv.tolerance(
-        BOARD, vary=PARTS, samples=DEVICES, runs=ENOUGH, limits=limit, execution=execution
+        BOARD, vary=PARTS, samples=DEVICES, budget=ENOUGH, limits=limit, execution=execution
     )
     assert found.engine == "slow" and found.off is not None and found.off < 0.12
     assert found.tornado[0].key == "oscillator.damping_ratio"
@@ -77,7 +77,7 @@ VARY = {"load.parameters.R": "normal:10%", "piezo.coupling": "normal:5%"}
 @pytest.mark.slow
 def test_a_bridge_against_devices_on_other_noise():
     """Devices by the ideal circuit on other noise are within the error, and vary as the law states."""
-    found = hv.tolerance(PLATE, vary=VARY, runs=ENOUGH, samples=DEVICES, seed=3)
+    found = hv.tolerance(PLATE, vary=VARY, budget=ENOUGH, samples=DEVICES, seed=3)
     assert found.engine == "ideal" and found.off is not None
     scenes = [
         PLATE.varied(dict(zip(VARY, map(float, row), strict=True))) for row in found.samples[:40]
