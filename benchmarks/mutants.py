@@ -284,8 +284,8 @@ the-longest-step: test_steady.py -k phasor
 - values = [float(mean(response)) for response in three]
 + values = 3 * [float(mean(self.responses[0, tenths]))]
 no-motion-comes-back: test_steady.py -k holds_its_response
-- return math.hypot(*(sections[-1] - there)) < way
-+ return math.hypot(*(sections[-1] - there)) < 0.0
+- if math.hypot(*(sections[-1] - there)) < way:
++ if False:
 target-without-bias: test_target.py -k variance
 - self.room * abs(value.value) - (value.bias or 0.0) - (value.model or 0.0)
 + self.room * abs(value.value) - (value.model or 0.0)
