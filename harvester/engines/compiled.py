@@ -254,6 +254,7 @@ def _clock(problem: Problem, pair: "RichardsonPair") -> float:
     circuit = pair.trajectories.circuit
     if not pair.looks or not isinstance(circuit, CompiledCircuit):
         return 0.0
-    times, states = zip(*pair.looks, strict=True)
+    times = [look.time for look in pair.looks]
+    states = np.array([look.state for look in pair.looks])
     seconds = np.diff(times)[:, None] / problem.scales.frequency
-    return Clocks(circuit).slowest(np.array(states)[:, MASS_ROWS : circuit.rows], seconds)
+    return Clocks(circuit).slowest(states[:, MASS_ROWS : circuit.rows], seconds)
