@@ -28,7 +28,8 @@ SHORTEST = 16.0
 # nondimensional: what they leave out at most, and time constants of the storage capacitor, if these
 # are shorter
 LONGEST = 300.0
-MEMORIES, FEWEST_MEMORIES = 2.0, 0.5
+MEMORIES = 2.0
+FEWEST_MEMORIES = 0.5
 SHARE = 0.25  # of a budget, that these runs may take
 # What is tried in turn if ngspice does not converge: its tolerance, and a capacitance from each
 # node to ground, of the piezo's.

@@ -71,7 +71,7 @@ def exceeds(
 ) -> tuple[bool, float, float]:
     """Whether a ``length`` more exceeds the budget, or `MOST_STEPS`.
 
-    All steps, and their seconds.
+    Also the number of all steps, with those of the ``length``, and the seconds for them.
     """
     weight = COMPLIANT if trajectories.eqs.stop_stiffness is not None else 1.0
     weight = max(weight, OWN_KERNEL if trajectories.loaded.is_dear else 1.0)

@@ -59,7 +59,8 @@ OVER = 1.25  # times the budget, at which a window ends that became slower than 
 # a change of the stored energy that counts as settled, over the load's energy in that time
 CHARGED = 0.1
 # for storage that still changes: times the burn-in so far, and the part of a budget
-PATIENCE, CHARGING_ROOM = 32.0, 0.4
+PATIENCE = 32.0
+CHARGING_ROOM = 0.4
 GROWN = 1e12  # times the first energy: a growth that no response without a growing friction shows
 
 
@@ -147,8 +148,8 @@ def until_steady(
         if storage.lets_end(now, length, settled):
             return now, []
         if before is not None and (hops := _rare_hops(trajectories, now, length, same, load)):
-            forgotten = CORRELATION_TIMES / hops.rate
-            if forgotten > LONGEST or exceeds(trajectories, forgotten, budget, begin)[0]:
+            of_hops = CORRELATION_TIMES / hops.rate
+            if of_hops > LONGEST or exceeds(trajectories, of_hops, budget, begin)[0]:
                 trajectories.hopping = hops
                 return now, []
         if energy <= first / GROWN:

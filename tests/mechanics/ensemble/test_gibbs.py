@@ -173,6 +173,13 @@ def test_burn_in_waits_for_rare_hops():
     assert abs(z(mean_and_error(many.snapshot()[0]), mean)) < 4
 
 
+def test_hops_that_are_waited_for_take_their_own_time():
+    """Some tens of correlation times: what a look at their rate found does not count as one of these."""
+    many = Trajectories(changed(BISTABLE, alpha2=0.12, n1=0.0045), 1024, SEED, 0.06)
+    assert burn_in(many) == []
+    assert many.time < 2e4
+
+
 @pytest.mark.thorough("test_gibbs_law_with_a_stop")
 def test_hops_too_rare_to_wait_for(monkeypatch):
     """E[x^2] of Gibbs lies between those of the two wells, which are known long before the shares of the wells are."""
