@@ -2,6 +2,7 @@
 
 import json
 import statistics
+import sys
 import time
 from importlib import metadata
 from pathlib import Path
@@ -70,3 +71,11 @@ def report(name, rows, packages=(), **more):
     print(
         f"{whole['machine']['processor']}, {cores} cores; written: benchmarks/results/{name}.json"
     )
+
+
+def print_block(lines, page, begin, end):
+    """Print generated lines, and with --page write them into a page, between the lines ``begin`` and ``end``."""
+    print(*lines, sep="\n")
+    if "--page" in sys.argv:
+        before, _, rest = page.read_text().partition(begin)
+        page.write_text("\n".join([f"{before}{begin}", *lines, f"{end}{rest.partition(end)[2]}"]))

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from common import print_block
 from unseen_scenes import linear, shaken
 
 import harvester as hv
@@ -101,11 +102,7 @@ def block() -> Iterator[str]:
 
 def main() -> None:
     """Print the table, and with --page write it into the page."""
-    lines = list(block())
-    print(*lines, sep="\n")
-    if "--page" in sys.argv:
-        before, _, rest = PAGE.read_text().partition(BEGIN)
-        PAGE.write_text("\n".join([f"{before}{BEGIN}", *lines, f"{END}{rest.partition(END)[2]}"]))
+    print_block(list(block()), PAGE, BEGIN, END)
 
 
 if __name__ == "__main__":

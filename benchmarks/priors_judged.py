@@ -12,13 +12,13 @@ rest of the half does not.
 """
 
 import math
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import unseen_cantilevers
 from cantilevers import table
+from common import print_block
 from priors_fit import HERE, holds, wilson
 from priors_kinds import left_out, with_later
 from priors_limits import has_width, two_digits, width
@@ -149,11 +149,7 @@ def block() -> list[str]:
 
 def main() -> None:
     """Print the tables, and with --page write them into the page."""
-    lines = block()
-    print(*lines, sep="\n")
-    if "--page" in sys.argv:
-        before, _, rest = PAGE.read_text().partition(BEGIN)
-        PAGE.write_text("\n".join([f"{before}{BEGIN}", *lines, f"{END}{rest.partition(END)[2]}"]))
+    print_block(block(), PAGE, BEGIN, END)
 
 
 if __name__ == "__main__":

@@ -17,11 +17,11 @@ to the device's numbers.
 
 import dataclasses
 import math
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from common import print_block
 from priors_fit import (
     FIRST,
     HALF,
@@ -316,11 +316,7 @@ def block() -> list[str]:
 
 def main() -> None:
     """Print the tables, and with --page write them into the page."""
-    lines = block()
-    print(*lines, sep="\n")
-    if "--page" in sys.argv:
-        before, _, rest = PAGE.read_text().partition(BEGIN)
-        PAGE.write_text("\n".join([f"{before}{BEGIN}", *lines, f"{END}{rest.partition(END)[2]}"]))
+    print_block(block(), PAGE, BEGIN, END)
 
 
 if __name__ == "__main__":
